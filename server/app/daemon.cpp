@@ -38,12 +38,25 @@ void keep_freed_tiles() {
   mallopt(M_TRIM_THRESHOLD, kKept);
 }
 
-sigset_t stop_signals() {
+// Whether SIGHUP has files to read again; else it ends the process, as that of a terminal that was closed.
+bool reloads(const ServerConfig& config) {
+  return !config.tls_certificate.empty() || !config.token_file.empty();
+}
+
+sigset_t awaited_signals(const ServerConfig& config) {
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGTERM);
   sigaddset(&signals, SIGINT);
+  if (reloads(config)) sigaddset(&signals, SIGHUP);
   return signals;
+}
+
+// What a program reads that waits for the daemon.
+std::string to_json(const Server& server) {
+  std::string json = "{\"listening\": \"" + server.address() + "\"";
+  if (!server.http_address().empty()) json += ", \"http\": \"" + server.http_address() + "\"";
+  return json + ", \"tls\": " + (server.tls() ? "true}" : "false}");
 }
 
 // The number appears in one step, so that whoever waits for the file never reads half of it.
@@ -68,7 +81,7 @@ int run_daemon(const std::string& program, const std::vector<std::string>& argum
   set_up_log(program, config.log_level);
   keep_freed_tiles();
   // Blocked before any thread exists, so that only sigwait below gets them.
-  const sigset_t signals = stop_signals();
+  const sigset_t signals = awaited_signals(config);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
 
   auto server = Server::start(config);
@@ -82,19 +95,17 @@ int run_daemon(const std::string& program, const std::vector<std::string>& argum
       return kCouldNotServe;
     }
   }
-  const std::string& address = (*server)->address();
   const std::string& http = (*server)->http_address();
   if (request->json) {
-    std::printf(http.empty() ? "{\"listening\": \"%s\"}\n" : "{\"listening\": \"%s\", \"http\": \"%s\"}\n",
-                address.c_str(), http.c_str());
+    std::printf("%s\n", to_json(**server).c_str());
   } else {
-    std::printf("heliographd listening on %s\n", address.c_str());
-    if (!http.empty()) std::printf("viewer at http://%s/\n", http.c_str());
+    std::printf("heliographd listening on %s\n", (*server)->address().c_str());
+    if (!http.empty()) std::printf("viewer at %s://%s/\n", (*server)->tls() ? "https" : "http", http.c_str());
   }
   std::fflush(stdout);
 
   int signal = 0;
-  sigwait(&signals, &signal);
+  while (sigwait(&signals, &signal) == 0 && signal == SIGHUP) (*server)->reload();
   spdlog::info("{}: draining, at most {} s", signal == SIGTERM ? "SIGTERM" : "SIGINT", config.drain_grace_s);
   pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);  // the next one ends the process at once
   const bool idle = (*server)->drain(config.drain_grace_s);

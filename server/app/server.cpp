@@ -16,7 +16,9 @@
 
 #include "renderer/base/clock.h"
 #include "renderer/trace/accel/traversal_isa.h"
+#include "server/app/tls_credentials.h"
 #include "server/base/listen_address.h"
+#include "server/base/tls_certificates.h"
 #include "server/jobs/durable_jobs.h"
 #include "server/rpc/render_service.h"
 #include "server/web/web_server.h"
@@ -43,6 +45,8 @@ struct Server::Impl {
   CompareCore compare;
   std::unique_ptr<DurableJobs> jobs;  // null: none are kept
   std::optional<RenderService> service;
+  std::shared_ptr<TlsCertificates> certificates;         // null: no TLS
+  std::shared_ptr<grpc::ServerCredentials> credentials;  // outlives the server, which asks it for certificates
   std::unique_ptr<grpc::Server> server;
   std::unique_ptr<WebServer> web;  // null: none
   std::string address;
@@ -85,8 +89,36 @@ static void limit_software_devices(const ServerConfig& config) {
   setenv("LP_NUM_THREADS", std::to_string(config.render_threads).c_str(), 0);
 }
 
+// The certificates of the configuration; null: it names none. invalid_argument: as of read_tls_files().
+static Result<std::shared_ptr<TlsCertificates>> open_certificates(const ServerConfig& config) {
+  if (config.tls_certificate.empty() && config.tls_key.empty() && config.tls_client_ca.empty())
+    return std::shared_ptr<TlsCertificates>();
+  return TlsCertificates::open({config.tls_certificate, config.tls_key, config.tls_client_ca});
+}
+
+// invalid_argument: other machines reach an address, and what travels there could be read.
+static Status check_addresses(const ServerConfig& config, bool tls) {
+  if (tls || config.insecure) return ok_status();
+  Problems problems;
+  const auto check = [&](const char* option, const std::string& text) {
+    const auto address = parse_listen_address(text);
+    if (text.empty() || !address || address->loopback) return;  // one that cannot be read is told by whoever listens
+    problems.add(option, "'" + text +
+                             "' is reached by other machines, and without TLS all that travels can be read; allowed: "
+                             "--tls-certificate and --tls-key, an address of loopback (elsewhere: ssh -L), --insecure");
+  };
+  check("listen", config.listen);
+  check("http", config.http);
+  if (!problems.empty()) return problems.to_error();
+  return ok_status();
+}
+
 Result<std::unique_ptr<Server>> Server::start(const ServerConfig& config) {
   limit_software_devices(complete(config));
+  auto certificates = open_certificates(config);
+  if (!certificates) return certificates.error();
+  const bool tls = *certificates != nullptr;
+  if (const Status safe = check_addresses(config, tls); !safe.ok()) return safe.error();
   auto roots = SceneRoots::open(config.scene_roots);
   if (!roots) return roots.error();
   if (const Status chosen = choose_traversal_isa(config.isa); !chosen) return chosen.error();
@@ -99,6 +131,7 @@ Result<std::unique_ptr<Server>> Server::start(const ServerConfig& config) {
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
 
   auto impl = std::make_unique<Impl>(complete(config), std::move(*roots), std::move(*oidn), std::move(*tokens));
+  impl->certificates = std::move(*certificates);
   auto no_jobs_reason = impl->open_jobs();
   if (!no_jobs_reason) return no_jobs_reason.error();
   impl->service.emplace(impl->compare, impl->jobs.get(), std::move(*no_jobs_reason));
@@ -125,7 +158,8 @@ Result<std::unique_ptr<Server>> Server::start(const ServerConfig& config) {
     auto parsed = parse_listen_address(config.listen);
     if (!parsed) return parsed.error();
     listen = *parsed;
-    builder.AddListeningPort(config.listen, grpc::InsecureServerCredentials(), &port);
+    impl->credentials = tls ? make_tls_credentials(impl->certificates) : grpc::InsecureServerCredentials();
+    builder.AddListeningPort(config.listen, impl->credentials, &port);
   }
   impl->server = builder.BuildAndStart();
   if (!impl->server || (!config.listen.empty() && port == 0)) {

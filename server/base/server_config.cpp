@@ -80,7 +80,7 @@ using Text = const std::string&;
 
 std::vector<ConfigOption> make_options() {
   return {
-      {"listen", "HOST:PORT to serve on, port 0: any free one; an address other than loopback is served without TLS",
+      {"listen", "HOST:PORT to serve on, port 0: any free one; an address other than loopback wants TLS, or --insecure",
        false,
        [](Config& c, Text t) {
          const auto address = parse_listen_address(t);
@@ -109,6 +109,26 @@ std::vector<ConfigOption> make_options() {
        "in the page; empty: everyone may call",
        false, [](Config& c, Text t) { return c.token_file = t, std::string(); },
        [](const Config& c) { return c.token_file; }},
+      {"tls-certificate",
+       "PEM file with the certificate that the daemon shows, by gRPC and in the page, and those that lead to its root; "
+       "read again when it is replaced; empty: no TLS",
+       false, [](Config& c, Text t) { return c.tls_certificate = t, std::string(); },
+       [](const Config& c) { return c.tls_certificate; }},
+      {"tls-key", "PEM file with the certificate's key, without a passphrase", false,
+       [](Config& c, Text t) { return c.tls_key = t, std::string(); }, [](const Config& c) { return c.tls_key; }},
+      {"tls-client-ca",
+       "PEM file with certificates of authorities: callers must show one that one of these has signed; empty: none is "
+       "asked for",
+       false, [](Config& c, Text t) { return c.tls_client_ca = t, std::string(); },
+       [](const Config& c) { return c.tls_client_ca; }},
+      {"insecure", "on or off: serve addresses that other machines reach without TLS: all that travels can be read",
+       false,
+       [](Config& c, Text t) {
+         std::string value;
+         std::string problem = read_name(t, {"on", "off"}, value);
+         return c.insecure = value == "on", problem;
+       },
+       [](const Config& c) { return std::string(c.insecure ? "on" : "off"); }, true},
       {"port-file", "write the bound port number to this file once serving", false,
        [](Config& c, Text t) { return c.port_file = t, std::string(); }, [](const Config& c) { return c.port_file; }},
       {"scene-root",
@@ -218,7 +238,8 @@ std::vector<ConfigOption> make_options() {
        "avx512",
        false, [](Config& c, Text t) { return c.isa = t, isa_problem(t); }, [](const Config& c) { return c.isa; }},
       {"devices",
-       "what may trace the pictures: cpu, or cpu,vulkan, which also allows Vulkan devices; a crash of a Vulkan driver ends "
+       "what may trace the pictures: cpu, or cpu,vulkan, which also allows Vulkan devices; a crash of a Vulkan driver "
+       "ends "
        "the daemon",
        false, [](Config& c, Text t) { return read_devices(t, c.vulkan_devices); },
        [](const Config& c) { return std::string(c.vulkan_devices ? "cpu,vulkan" : "cpu"); }, false, nullptr, true},
@@ -283,11 +304,15 @@ std::string daemon_man_page(const CLI::App& app) {
        "`name = value`, with the names of these options. Flags win over the environment, which wins over the file. "
        "heliographd --example-config prints such a file.\n\n"
        "SIGTERM and SIGINT drain the daemon: its health turns NOT_SERVING, new work is refused, frames in flight end, "
-       "jobs may finish until --drain-grace is over. A second signal ends it at once."},
+       "jobs may finish until --drain-grace is over. A second signal ends it at once. SIGHUP makes it read the token "
+       "file "
+       "and the files of TLS again."},
       {"DEVICES",
        "Pictures are traced by the processor. --devices cpu,vulkan also allows Vulkan devices, which clients choose by "
-       "name (heliograph render --device). Drivers run within the daemon: one that crashes ends it, with all sessions and "
-       "jobs. So they are not used by default. At start a program of its own, heliograph-vulkan-probe, lists and tests the "
+       "name (heliograph render --device). Drivers run within the daemon: one that crashes ends it, with all sessions "
+       "and "
+       "jobs. So they are not used by default. At start a program of its own, heliograph-vulkan-probe, lists and tests "
+       "the "
        "devices, in two seconds at most; heliograph info --server tells what it found. The daemon serves meanwhile. "
        "Results are kept in $XDG_CACHE_HOME/heliograph or ~/.cache/heliograph until a driver changes."},
       {"FILES",

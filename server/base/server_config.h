@@ -18,6 +18,10 @@ struct ServerConfig {
   int max_http_connections = 64;
   std::string token_file;                // whoever names a line of it may use the daemon; empty: everyone
   std::string token;                     // the same, of programs that run a daemon in their own process; empty: none
+  // PEM files of TLS, for gRPC and the page (server/base/tls_certificates.h). Empty: no TLS; of the last one: callers
+  // need no certificate.
+  std::string tls_certificate, tls_key, tls_client_ca;
+  bool insecure = false;                 // addresses that other machines reach are served without TLS
   std::string port_file;                 // written with the bound port; empty: none
   std::vector<std::string> scene_roots;  // LoadScene paths are served from these directories only
   // Folder of what survives the daemon: its durable jobs. Empty: none, and none are taken; kOwnState: of the person who

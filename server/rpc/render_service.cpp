@@ -270,6 +270,7 @@ pb::GetServerInfoResponse server_info(const ServiceCore& core, bool keeps_jobs) 
   response.set_draining(core.draining);
   response.set_uptime_s(now_s() - core.started_s);
   response.set_http_address(core.http_address);
+  response.set_http_tls(!core.http_address.empty() && !config.tls_certificate.empty());
   response.set_keeps_jobs(keeps_jobs);
   return response;
 }

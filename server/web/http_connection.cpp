@@ -1,7 +1,11 @@
 #include "server/web/http_connection.h"
 
+#include <openssl/err.h>
+#include <openssl/ssl.h>
 #include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
 
+#include <boost/asio/ssl/error.hpp>
 #include <boost/beast/http/read.hpp>
 #include <boost/beast/http/write.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
@@ -15,6 +19,8 @@ namespace beast = boost::beast;
 namespace http = boost::beast::http;
 
 constexpr std::uint32_t kMaxHeader = 8 << 10;
+constexpr std::string_view kSpeaksTls =
+    "HTTP/1.1 400 Bad Request\r\nConnection: close\r\nContent-Type: text/plain\r\n\r\nthis port speaks https alone\n";
 constexpr const char kSecurityPolicy[] =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; connect-src 'self'; "
     "worker-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
@@ -40,14 +46,37 @@ void set_headers(Response& response) {
 
 }  // namespace
 
-HttpConnection::HttpConnection(boost::asio::ip::tcp::socket socket, const WebSite& site, std::shared_ptr<void> gone)
-    : stream_(std::move(socket)), site_(site), gone_(std::move(gone)), incoming_(kMaxHeader) {}
+HttpConnection::HttpConnection(WebStream stream, const WebSite& site, std::shared_ptr<void> gone)
+    : stream_(std::move(stream)), site_(site), gone_(std::move(gone)), incoming_(kMaxHeader) {}
+
+void HttpConnection::begin() {
+  WebStream::Tls* const tls = stream_.tls();
+  if (!tls) return read();
+  stream_.next_layer().expires_after(site_.patience);
+  tls->async_handshake(boost::asio::ssl::stream_base::server, [self = shared_from_this()](beast::error_code error) {
+    if (error) return self->refuse_handshake(error);
+    self->read();
+  });
+}
+
+// A browser that was sent to http:// in place of https:// is told.
+void HttpConnection::refuse_handshake(beast::error_code error) {
+  spdlog::debug("http: no handshake: {}", error.message());
+  const bool plain = error.category() == boost::asio::error::get_ssl_category() &&
+                     ERR_GET_REASON(static_cast<unsigned long>(error.value())) == SSL_R_HTTP_REQUEST;
+  if (!plain) return;
+  auto& socket = stream_.next_layer().socket();
+  beast::error_code ignored;
+  socket.non_blocking(true, ignored);
+  socket.write_some(boost::asio::buffer(kSpeaksTls.data(), kSpeaksTls.size()), ignored);
+  socket.shutdown(boost::asio::ip::tcp::socket::shutdown_send, ignored);
+}
 
 void HttpConnection::read() {
   parser_.emplace();
   parser_->header_limit(kMaxHeader);
   parser_->body_limit(0);
-  stream_.expires_after(site_.patience);
+  stream_.next_layer().expires_after(site_.patience);
   http::async_read(stream_, incoming_, *parser_, [self = shared_from_this()](beast::error_code error, std::size_t) {
     if (!error) return self->answer(self->parser_->release());
     if (error == http::error::end_of_stream ||
@@ -124,7 +153,7 @@ void HttpConnection::send_text(const Request& request, http::status status, std:
 template <class Body>
 void HttpConnection::send(http::response<Body> response) {
   const auto held = std::make_shared<http::response<Body>>(std::move(response));
-  stream_.expires_after(site_.patience);
+  stream_.next_layer().expires_after(site_.patience);
   http::async_write(stream_, *held, [self = shared_from_this(), held](beast::error_code error, std::size_t) {
     if (error || held->need_eof()) return self->finish();
     self->read();
@@ -154,8 +183,12 @@ void HttpConnection::upgrade(Request request) {
 }
 
 void HttpConnection::finish() {
+  if (WebStream::Tls* const tls = stream_.tls()) {
+    stream_.next_layer().expires_after(site_.patience);
+    return tls->async_shutdown([self = shared_from_this()](beast::error_code) {});
+  }
   beast::error_code ignored;
-  stream_.socket().shutdown(boost::asio::ip::tcp::socket::shutdown_send, ignored);
+  stream_.next_layer().socket().shutdown(boost::asio::ip::tcp::socket::shutdown_send, ignored);
 }
 
 }  // namespace helio

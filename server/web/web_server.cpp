@@ -16,6 +16,7 @@
 #include "server/base/listen_address.h"
 #include "server/web/http_connection.h"
 #include "server/web/web_socket.h"
+#include "server/web/web_tls.h"
 
 namespace helio {
 namespace {
@@ -140,12 +141,14 @@ class WebServer::Impl {
         return;
       }
       boost::system::error_code ignored;
+      auto context = tls_.context();
       if (connections_.use_count() > max_connections_) {
         socket.non_blocking(true, ignored);
-        socket.write_some(asio::buffer(kFull.data(), kFull.size()), ignored);
+        if (!context) socket.write_some(asio::buffer(kFull.data(), kFull.size()), ignored);
       } else {
         socket.set_option(tcp::no_delay(true), ignored);
-        std::make_shared<HttpConnection>(std::move(socket), site_, connections_)->read();
+        WebStream stream(std::move(socket), std::move(context));
+        std::make_shared<HttpConnection>(std::move(stream), site_, connections_)->begin();
       }
       accept();
     });

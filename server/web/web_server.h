@@ -23,8 +23,8 @@ class WebServer {
     // For each request from its first byte to its last, its answer, the time between two, and a WebSocket's hello.
     double patience_s = 15;
   };
-  // Browsers wait until serve(). Errors: invalid_argument (address, or one that others reach without tokens),
-  // unavailable (in use). `where` is "http".
+  // Browsers wait until serve(). Errors: invalid_argument (address, or one that others reach without tokens and without
+  // certificates of callers), unavailable (in use). `where` is "http".
   static Result<std::unique_ptr<WebServer>> listen(const Options& options);
   // `channel`: to the service, in process. `ready`: whether new work is taken; called on the server's thread. Once.
   void serve(std::shared_ptr<grpc::Channel> channel, std::function<bool()> ready);

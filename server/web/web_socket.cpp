@@ -46,7 +46,7 @@ websocket::close_reason make_reason(std::uint16_t code, std::string_view why) {
 
 }  // namespace
 
-WebSocket::WebSocket(beast::tcp_stream stream, const WebSite& site, std::shared_ptr<void> gone)
+WebSocket::WebSocket(WebStream stream, const WebSite& site, std::shared_ptr<void> gone)
     : socket_(std::move(stream)),
       site_(site),
       gone_(std::move(gone)),

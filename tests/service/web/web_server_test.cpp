@@ -216,6 +216,7 @@ TEST_F(WebServerTest, SaysWhereItCannotListen) {
   EXPECT_EQ(second.error().code, ErrorCode::unavailable);
   EXPECT_EQ(second.error().where, "http");
   config.http = "0.0.0.0:0";
+  config.insecure = true;
   const auto open = Server::start(config);
   ASSERT_FALSE(open.ok());
   EXPECT_NE(open.error().message.find("--token-file"), std::string::npos) << open.error().message;
