@@ -25,10 +25,10 @@ packages=(
   # without its programs OpenImageIO's CMake configuration does not load in Debian 13
   openimageio-tools
 )
-# The tests read our files with exrheader and oiiotool, our manuals with groff, and the viewer in a browser, and trace
-# paths on Mesa's software device; the Python package is built by hatchling.
+# The tests read our files with exrheader and oiiotool, our manuals with groff, and the viewer in a browser, trace
+# paths on Mesa's software device, and make certificates with openssl; the Python package is built by hatchling.
 test_packages=(chromium chromium-driver fonts-dejavu-core groff-base libgtest-dev libvulkan1 mesa-vulkan-drivers openexr
-  python3-grpcio python3-hatchling python3-numpy python3-pip python3-protobuf python3-pytest python3-selenium python3-tqdm
+  openssl python3-grpcio python3-hatchling python3-numpy python3-pip python3-protobuf python3-pytest python3-selenium python3-tqdm
   python3-venv spirv-tools vulkan-validationlayers)
 fuzz_packages=(clang libclang-rt-dev)
 package_packages=(dpkg-dev file)

@@ -170,8 +170,13 @@ const std::map<std::string, Rule> kRules = {
       {"grpcpp/", "grpc/grpc.h", "grpc/grpc_security.h", "grpc/support/log.h", "spdlog/", "malloc.h", "pthread.h",
        "signal.h"}}},
 
+    // Credentials of a connection, and why one did not come about.
+    {"client/tls",
+     {{"renderer/base", "renderer/codec"},
+      {"grpcpp/", "openssl/err.h", "openssl/ssl.h", "openssl/x509v3.h", "arpa/inet.h", "fcntl.h", "netdb.h", "poll.h",
+       "pthread.h", "signal.h", "sys/socket.h", "sys/time.h", "unistd.h"}}},
     {"client",
-     {{"renderer/base", "renderer/codec", "proto"},
+     {{"renderer/base", "renderer/codec", "client/tls", "proto"},
       {"grpcpp/", kProtobuf + "descriptor.h", kProtobuf + "util/json_util.h", kProtobuf + "util/message_differencer.h",
        "nlohmann/json.hpp", "pugixml.hpp", "spdlog/fmt/fmt.h", "fcntl.h", "sys/file.h", "sys/stat.h", "unistd.h"}}},
     // Jobs that the daemon keeps.
@@ -190,8 +195,8 @@ const std::map<std::string, Rule> kRules = {
      {{"renderer/base", "renderer/codec", "renderer/metrics", "proto"},
       {kProtobuf + "descriptor.h", kProtobuf + "message.h", "libdeflate.h", "spdlog/fmt/fmt.h"}}},
     {"client/cli",
-     {{"renderer/base", "renderer/comparison", "renderer/frame", "client", "client/shards", "client/tev", "server/base",
-       "server/app", "server/compare", "server/stream", "proto"},
+     {{"renderer/base", "renderer/comparison", "renderer/frame", "client", "client/shards", "client/tev", "client/tls",
+       "server/base", "server/app", "server/compare", "server/stream", "proto"},
       {"CLI/CLI.hpp", "nlohmann/json.hpp", "spdlog/fmt/fmt.h", "spdlog/spdlog.h", "fcntl.h", "signal.h", "unistd.h"}}},
     // The tables of papers, as comparisons.
     {"client/cli/presets",

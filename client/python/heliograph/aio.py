@@ -26,7 +26,7 @@ import grpc.aio
 from . import CHANNELS as CHANNELS
 from . import operations
 from ._version import __version__ as __version__
-from .address import check_address, read_token, refuse_tls
+from .address import check_address, read_token
 from .arguments import (
     CompareArguments,
     EditArguments,
@@ -99,6 +99,7 @@ from .settings import read_timeout
 from .settings import Settings as Settings
 from .stats import Stats as Stats
 from .stats import make_stats
+from .tls import Tls, explain, read_tls
 from .v1 import durable_job_pb2 as kept
 from .v1 import job_pb2 as jobs
 from .v1 import render_service_pb2 as service
@@ -165,12 +166,18 @@ _CLOSE_S = 10.0  # that the daemon gets to end a session
 class _Connection:
     """A channel to one daemon."""
 
-    def __init__(self, address: str, token: str, timeout: float) -> None:
+    def __init__(self, address: str, token: str, timeout: float, tls: Tls | None = None) -> None:
         check_process()
         self.peer = address
+        self.tls = tls
         self.timeout = timeout
         self.metadata = (("authorization", f"Bearer {token}"),) if token else ()
-        self.channel = grpc.aio.insecure_channel(address, channel_options(timeout))
+        options = channel_options(timeout)
+        self.channel = (
+            grpc.aio.insecure_channel(address, options)
+            if tls is None
+            else grpc.aio.secure_channel(address, tls.credentials(), options + tls.options())
+        )
         self.stub: Any = api.RenderServiceStub(self.channel)  # type: ignore[no-untyped-call]
         add_streams(self.stub, self.channel)
         keep_from_children(self)
@@ -251,7 +258,8 @@ class _Connection:
                 if isinstance(error, Unavailable) and clock.monotonic() < end:
                     await asyncio.sleep(0.05)
                     continue
-                raise unreachable(error, self.peer) from None
+                failure = unreachable(error, self.peer)
+                raise await asyncio.to_thread(explain, failure, self.peer, self.tls) from None
 
 
 def _advance(advance: Callable[..., Any], *arguments: Any) -> tuple[bool, Any]:
@@ -934,15 +942,19 @@ async def connect(
     *,
     token: str | None = None,
     token_file: str | os.PathLike[str] | None = None,
-    tls: object = None,
+    tls: bool | None = None,
+    ca: str | os.PathLike[str] | None = None,
+    certificate: str | os.PathLike[str] | None = None,
+    key: str | os.PathLike[str] | None = None,
+    tls_name: str | None = None,
     wait: float = 0,
     timeout: float = 30,
 ) -> Client:
     """As heliograph.connect."""
-    refuse_tls(tls, address)
     check_address(address)
     secret = read_token(token, token_file)
-    connection = _Connection(address, secret, read_timeout("timeout", timeout))
+    encryption = read_tls(tls, ca, certificate, key, tls_name)
+    connection = _Connection(address, secret, read_timeout("timeout", timeout), encryption)
     try:
         info = make_server_info(await connection.greet(read_timeout("wait", wait, zero=True)))
     except BaseException:
@@ -973,7 +985,7 @@ async def serve(
         timeout=timeout,
     )
     try:
-        client = await connect(daemon.address, token=daemon.token, wait=timeout)
+        client = await connect(daemon.address, token=daemon.token, tls=False, wait=timeout)
     except BaseException:
         await asyncio.to_thread(daemon.stop)
         raise
@@ -988,6 +1000,11 @@ async def compare(
     address: str | None = None,
     token: str | None = None,
     token_file: str | os.PathLike[str] | None = None,
+    tls: bool | None = None,
+    ca: str | os.PathLike[str] | None = None,
+    certificate: str | os.PathLike[str] | None = None,
+    key: str | os.PathLike[str] | None = None,
+    tls_name: str | None = None,
     **arguments: Unpack[CompareArguments],
 ) -> Comparison:
     """As heliograph.compare."""
@@ -1001,7 +1018,16 @@ async def compare(
     if isinstance(scene, (str, os.PathLike)):
         await asyncio.to_thread(check_compare, scene, modes, arguments)
     if address is not None:
-        async with await connect(address, token=token, token_file=token_file) as client:
+        async with await connect(
+            address,
+            token=token,
+            token_file=token_file,
+            tls=tls,
+            ca=ca,
+            certificate=certificate,
+            key=key,
+            tls_name=tls_name,
+        ) as client:
             return await client.compare(scene, modes, **arguments)
     exclusive = ["--allow-exclusive", "on"] if arguments.get("exclusive") else []
     async with await serve(arguments=exclusive) as client:
