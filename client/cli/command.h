@@ -31,6 +31,7 @@ Command add_jobs(CLI::App& root);
 Command add_job(CLI::App& root);
 Command add_top(CLI::App& root);
 Command add_merge(CLI::App& root);
+Command add_token(CLI::App& root);
 
 // Runs a command as if `words` stood behind its name. Returns the exit code.
 int run_words(const std::function<Command(CLI::App& root)>& add, const std::vector<std::string>& words);

@@ -76,6 +76,7 @@ struct Server::Impl {
       return opened.error().to_string();
     }
     jobs = std::move(*opened);
+    core.job_quota.count_kept_by([this](const std::string& owner) { return jobs->table().unfinished_of(owner); });
     core.keep_upload = [this](const SceneBundle& bundle) { return jobs->keep_upload(bundle); };
     spdlog::info("jobs are kept in {}", *folder);
     return std::string();
@@ -136,7 +137,8 @@ Result<std::unique_ptr<Server>> Server::start(const ServerConfig& config) {
   if (!no_jobs_reason) return no_jobs_reason.error();
   impl->service.emplace(impl->compare, impl->jobs.get(), std::move(*no_jobs_reason));
   if (!config.http.empty()) {
-    auto web = WebServer::listen({config.http, config.http_hosts, config.max_http_connections, impl->core.tokens});
+    auto web = WebServer::listen(
+        {config.http, config.http_hosts, config.max_http_connections, &impl->core.access, impl->certificates});
     if (!web) return web.error();
     impl->web = std::move(*web);
     impl->core.http_address = impl->web->address();
@@ -169,11 +171,11 @@ Result<std::unique_ptr<Server>> Server::start(const ServerConfig& config) {
   impl->server->GetHealthCheckService()->SetServingStatus(heliograph::v1::RenderService::service_full_name(), true);
   if (!config.listen.empty()) {
     impl->address = bracketed(listen.host) + ":" + std::to_string(port);
-    if (!listen.loopback) {
-      spdlog::warn(
-          "listening on {}: there is no TLS yet, everyone who can reach this address can read and render; "
-          "prefer the loopback address and ssh -L",
-          impl->address);
+    if (!listen.loopback && !tls)
+      spdlog::warn("listening on {} without TLS (--insecure): all that travels there can be read", impl->address);
+    if (!listen.loopback && impl->core.access.empty() && config.tls_client_ca.empty()) {
+      spdlog::warn("listening on {} without --token-file and --tls-client-ca: everyone who can reach it can render",
+                   impl->address);
     }
   }
   if (impl->web) {
@@ -194,6 +196,19 @@ Server::~Server() {
   impl_->jobs->calls().stop();
   while (impl_->core.loader.busy() || impl_->jobs->calls().busy())
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
+}
+
+void Server::reload() {
+  if (impl_->certificates) impl_->certificates->reload();
+  AccessControl& access = impl_->core.access;
+  if (access.empty()) return;
+  if (const Status read = access.reload(); !read.ok())
+    return spdlog::error("the tokens are left as they were: {}", read.error().to_string());
+  spdlog::info("the token file was read again: {} tokens", access.tokens()->callers().size());
+}
+
+bool Server::tls() const {
+  return impl_->certificates != nullptr;
 }
 
 const std::string& Server::http_address() const {

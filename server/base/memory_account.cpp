@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "server/base/retry.h"
 
@@ -33,9 +34,33 @@ Result<Reservation> MemoryAccount::reserve_with_room(std::uint64_t bytes, const 
   return Reservation(this, bytes);
 }
 
+MemoryAccount::MemoryAccount(MemoryAccount& parent, std::string owner, RoomMaker* room)
+    : parent_(&parent), owner_(std::move(owner)), room_(room), limit_(std::numeric_limits<std::uint64_t>::max()) {}
+
+std::uint64_t MemoryAccount::limit() const {
+  const std::lock_guard lock(mutex_);
+  return limit_;
+}
+
+void MemoryAccount::set_limit(std::uint64_t limit) {
+  const std::lock_guard lock(mutex_);
+  limit_ = limit;
+}
+
+std::uint64_t MemoryAccount::own_available() const {
+  const std::lock_guard lock(mutex_);
+  return limit_ - std::min(used_, limit_);
+}
+
+std::uint64_t MemoryAccount::available() const {
+  const std::uint64_t own = own_available();
+  return parent_ ? std::min(own, parent_->available()) : own;
+}
+
 std::uint64_t MemoryAccount::obtainable() const {
-  const std::uint64_t left = available();
-  return left + (room_ ? std::min(room_->could_free(), limit_ - left) : 0);
+  const std::uint64_t left = own_available();
+  const std::uint64_t own = left + (room_ ? std::min(room_->could_free(), limit() - std::min(left, limit())) : 0);
+  return parent_ ? std::min(own, parent_->obtainable()) : own;
 }
 
 std::uint64_t MemoryAccount::used() const {
@@ -48,32 +73,60 @@ std::uint64_t MemoryAccount::peak() const {
   return peak_;
 }
 
-bool MemoryAccount::take(std::uint64_t bytes) noexcept {
+bool MemoryAccount::take_own(std::uint64_t bytes) noexcept {
   const std::lock_guard lock(mutex_);
-  if (bytes > limit_ - used_) return false;
+  if (used_ > limit_ || bytes > limit_ - used_) return false;
   used_ += bytes;
   peak_ = std::max(peak_, used_);
   return true;
 }
 
-bool MemoryAccount::obtain(std::uint64_t bytes) {
-  while (!take(bytes)) {
-    if (!room_ || bytes > limit_ || !room_->make_room(bytes)) return false;
+bool MemoryAccount::take(std::uint64_t bytes) noexcept {
+  if (!take_own(bytes)) return false;
+  if (!parent_ || parent_->take(bytes)) return true;
+  give_back_own(bytes);
+  return false;
+}
+
+bool MemoryAccount::obtain_own(std::uint64_t bytes) {
+  while (!take_own(bytes)) {
+    if (!room_ || bytes > limit() || !room_->make_room(bytes)) return false;
   }
   return true;
 }
 
-void MemoryAccount::give_back(std::uint64_t bytes) noexcept {
+bool MemoryAccount::obtain(std::uint64_t bytes) {
+  if (!obtain_own(bytes)) return false;
+  try {
+    if (!parent_ || parent_->obtain(bytes)) return true;
+  } catch (...) {  // no memory to make room with
+    give_back_own(bytes);
+    throw;
+  }
+  give_back_own(bytes);
+  return false;
+}
+
+void MemoryAccount::give_back_own(std::uint64_t bytes) noexcept {
   const std::lock_guard lock(mutex_);
   used_ -= bytes;
 }
 
+void MemoryAccount::give_back(std::uint64_t bytes) noexcept {
+  if (parent_) parent_->give_back(bytes);
+  give_back_own(bytes);
+}
+
 // What is larger than the limit never fits.
 Error MemoryAccount::refusal(std::uint64_t bytes, const std::string& what, std::uint64_t in_all) const {
-  return {ErrorCode::resource_exhausted,
-          fmt::format("max_memory: {} bytes are needed for {}, {} of {} are left", bytes, what, available(), limit_),
-          {},
-          in_all <= limit_ ? kRetrySeconds : 0};
+  const std::uint64_t left = own_available();
+  if (parent_ && bytes <= left) return parent_->refusal(bytes, what, in_all);
+  return {
+      ErrorCode::resource_exhausted,
+      fmt::format("{}: {} bytes are needed for {}, {} of {} are left",
+                  parent_ ? "quota memory of the token '" + owner_ + "'" : "max_memory", bytes, what, left, limit()),
+      {},
+      in_all <= limit() ? kRetrySeconds : 0};
 }
 
 bool GrowingReservation::grow(std::uint64_t bytes) noexcept {

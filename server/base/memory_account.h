@@ -49,18 +49,26 @@ class MemoryAccount {
  public:
   // `room` frees memory for reserve_with_room() and GrowingReservation::grow(); null: nothing is freed. reserve() never
   // calls it.
-  explicit MemoryAccount(std::uint64_t limit, RoomMaker* room = nullptr) : limit_(limit), room_(room) {}
+  explicit MemoryAccount(std::uint64_t limit, RoomMaker* room = nullptr) : room_(room), limit_(limit) {}
+  // A share of `parent` for one owner, the token of this name: what is reserved here is reserved there, too. Without a
+  // limit of its own until set_limit(). `room` frees what this owner holds.
+  MemoryAccount(MemoryAccount& parent, std::string owner, RoomMaker* room);
 
-  // resource_exhausted, naming max_memory, when less is left. `what` completes "... for WHAT".
+  // resource_exhausted, naming max_memory or the owner's quota, when less is left. `what` completes "... for WHAT".
   Result<Reservation> reserve(std::uint64_t bytes, const std::string& what);
   // As reserve(), but when too little is left it asks the RoomMaker to free memory and tries again. Not to be called
   // with a lock that ending a session or evicting a scene needs.
   Result<Reservation> reserve_with_room(std::uint64_t bytes, const std::string& what);
 
-  std::uint64_t limit() const { return limit_; }
+  std::uint64_t limit() const;
+  // Less than what is used: nothing is taken away, and nothing more is given.
+  void set_limit(std::uint64_t limit);
   std::uint64_t used() const;
   std::uint64_t peak() const;  // the most that was ever used
-  std::uint64_t available() const { return limit_ - used(); }
+  // What is left; of a share, no more than the parent has.
+  std::uint64_t available() const;
+  // Of a share: what its own limit leaves.
+  std::uint64_t own_available() const;
   // What is left and what could be freed for who needs it.
   std::uint64_t obtainable() const;
 
@@ -71,12 +79,18 @@ class MemoryAccount {
   // With room made for it.
   bool obtain(std::uint64_t bytes);
   void give_back(std::uint64_t bytes) noexcept;
+  // These of this account alone, without the parent.
+  bool take_own(std::uint64_t bytes) noexcept;
+  bool obtain_own(std::uint64_t bytes);
+  void give_back_own(std::uint64_t bytes) noexcept;
   // `in_all`: with what the caller holds already.
   Error refusal(std::uint64_t bytes, const std::string& what, std::uint64_t in_all) const;
 
-  const std::uint64_t limit_;
+  MemoryAccount* const parent_ = nullptr;  // null: this is no share
+  const std::string owner_ = {};           // of a share
   RoomMaker* const room_;
   mutable std::mutex mutex_;
+  std::uint64_t limit_;
   std::uint64_t used_ = 0, peak_ = 0;
 };
 

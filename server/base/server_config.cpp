@@ -14,13 +14,12 @@
 #include "renderer/base/instruction_set.h"
 #include "renderer/base/text.h"
 #include "server/base/build_info.h"
+#include "server/base/byte_size.h"
 #include "server/base/listen_address.h"
 #include "server/base/man_page.h"
 
 namespace helio {
 namespace {
-
-constexpr std::uint64_t kMaxBytes = 1ull << 50;
 
 template <class T>
 std::string read_number(const std::string& text, T low, T high, T& value) {
@@ -30,25 +29,6 @@ std::string read_number(const std::string& text, T low, T high, T& value) {
     return fmt::format("'{}'; allowed: [{}, {}]", text, low, high);
   }
   value = number;
-  return "";
-}
-
-// A count of bytes, or one with the suffix K, M, G or T (powers of 1024).
-std::string read_bytes(const std::string& text, std::uint64_t low, std::uint64_t& value) {
-  static const std::string kSuffixes = "KMGT";
-  std::string digits = text;
-  unsigned shift = 0;
-  if (!digits.empty()) {
-    if (const auto suffix = kSuffixes.find(digits.back()); suffix != std::string::npos) {
-      shift = 10 * (unsigned(suffix) + 1);
-      digits.pop_back();
-    }
-  }
-  std::uint64_t number = 0;
-  if (!read_number<std::uint64_t>(digits, 0, kMaxBytes >> shift, number).empty() || (number << shift) < low) {
-    return fmt::format("'{}'; allowed: bytes from {} to {}, suffixes K, M, G, T", text, low, kMaxBytes);
-  }
-  value = number << shift;
   return "";
 }
 
@@ -104,9 +84,10 @@ std::vector<ConfigOption> make_options() {
        [](Config& c, Text t) { return read_number(t, 1, 65536, c.max_http_connections); },
        [](const Config& c) { return std::to_string(c.max_http_connections); }},
       {"token-file",
-       "file with a token a line, 16 to 256 characters: callers must name one, by gRPC (authorization: Bearer TOKEN) "
-       "and "
-       "in the page; empty: everyone may call",
+       "file of tokens, one of which callers must name, by gRPC (authorization: Bearer TOKEN) and in the page: a token "
+       "of "
+       "16 to 256 characters, which may do everything, or NAME ROLE sha256:HEX and quotas, as heliograph token prints "
+       "it; read again on SIGHUP; empty: everyone may call",
        false, [](Config& c, Text t) { return c.token_file = t, std::string(); },
        [](const Config& c) { return c.token_file; }},
       {"tls-certificate",

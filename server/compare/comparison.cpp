@@ -267,8 +267,8 @@ Status Comparison::find_references() {
       told.set_kept(view.reference != nullptr);
       told.set_rendered_again(!view.reference && references_.was_let_go(id));
       if (!view.reference) {
-        auto rendered = render_reference(resources_, scene_, request_.views[v], request_.reference, *cancel_,
-                                         [&](const ReferenceProgress& p) {
+        auto rendered = render_reference(resources_, references_.memory(), scene_, request_.views[v],
+                                         request_.reference, *cancel_, [&](const ReferenceProgress& p) {
                                            tell_progress("reference", {nullptr, 0, 0, v}, p.samples, p.error);
                                          });
         if (!rendered) return rendered.error();

@@ -133,13 +133,14 @@ Status DurableJobs::take_up() {
   return scenes_.open(held);
 }
 
-Result<pb::SubmitJobResponse> DurableJobs::submit(const pb::SubmitJobRequest& asked, const std::string& by) {
+Result<pb::SubmitJobResponse> DurableJobs::submit(const pb::SubmitJobRequest& asked, const Caller& caller,
+                                                  const std::string& by) {
   if (const Status accepting = core_.check_accepting(); !accepting.ok()) return accepting.error();
   Problems problems;
   check_request(asked, problems);
   if (problems.empty() && !asked.client_token().empty()) {
     // Sent again, it is there, whatever has become of its scene and its output meanwhile.
-    if (auto again = find_again(asked)) return std::move(*again);
+    if (auto again = find_again(asked, caller.name)) return std::move(*again);
   }
   auto planned = plan_job(core_, asked.job(), "job");
   if (!planned && planned.error().code == ErrorCode::invalid_argument)
@@ -160,6 +161,7 @@ Result<pb::SubmitJobResponse> DurableJobs::submit(const pb::SubmitJobRequest& as
 
   JobRecord record;
   record.id = make_id("j-");
+  record.owner = caller.name;
   record.client_token = request.client_token();
   record.name = request.name();
   record.request = request.SerializeAsString();
@@ -167,7 +169,8 @@ Result<pb::SubmitJobResponse> DurableJobs::submit(const pb::SubmitJobRequest& as
   record.priority = request.priority();
   record.views = std::uint32_t(plan.views.size());
   if (const Status held = scenes_.hold(*planned->scene, record.id); !held.ok()) return held.error();
-  auto submitted = table_->submit(record, core_.config.max_queued_jobs, by);
+  auto submitted =
+      core_.job_quota.add(caller, [&] { return table_->submit(record, core_.config.max_queued_jobs, by); });
   if (!submitted || submitted->already_there) scenes_.release(record.id);
   if (!submitted) return submitted.error();
   wake();
@@ -179,16 +182,17 @@ Result<pb::SubmitJobResponse> DurableJobs::submit(const pb::SubmitJobRequest& as
   response.mutable_unsampled()->Add(notices.unsampled.begin(), notices.unsampled.end());
   response.mutable_notices()->Add(notices.notices.begin(), notices.notices.end());
   if (!submitted->already_there) {
-    spdlog::info("job submitted id={} scene={} size={}x{} views={} priority={}", record.id,
+    spdlog::info("job submitted id={} scene={} size={}x{} views={} priority={} by={}", record.id,
                  record.scene_id.substr(0, 12), plan.settings.width, plan.settings.height, record.views,
-                 record.priority);
+                 record.priority, by);
   }
   return response;
 }
 
 // The job of this token, if what is asked for is the same as far as it was given.
-std::optional<pb::SubmitJobResponse> DurableJobs::find_again(const pb::SubmitJobRequest& asked) const {
-  const auto known = table_->find_token({}, asked.client_token());
+std::optional<pb::SubmitJobResponse> DurableJobs::find_again(const pb::SubmitJobRequest& asked,
+                                                             const std::string& owner) const {
+  const auto known = table_->find_token(owner, asked.client_token());
   if (!known || !*known) return std::nullopt;
   pb::SubmitJobRequest again = asked;
   Problems problems;
@@ -293,6 +297,12 @@ Status DurableJobs::cancel(const std::string& id, const std::string& by) {
   const auto record = stop_job(id, JobState::canceled, by);
   if (!record) return record.error();
   return ok_status();
+}
+
+Result<std::string> DurableJobs::owner_of(const std::string& id) const {
+  const auto record = table_->get(id);
+  if (!record) return record.error();
+  return record->owner;
 }
 
 Result<pb::Job> DurableJobs::resume(const std::string& id, const std::string& by) {

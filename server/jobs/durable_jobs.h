@@ -38,8 +38,9 @@ class DurableJobs {
   void begin();
 
   // Errors: those of plan_job(), with "job." before the fields; OutputRoots; SceneStore::hold(); JobTable::submit().
-  // by: who asks.
-  Result<pb::SubmitJobResponse> submit(const pb::SubmitJobRequest& request, const std::string& by);
+  // The caller's quota is resource_exhausted. by: who asks, for events.
+  Result<pb::SubmitJobResponse> submit(const pb::SubmitJobRequest& request, const Caller& caller,
+                                       const std::string& by);
   Result<pb::ListJobsResponse> list(const pb::ListJobsRequest& request) const;
   Result<pb::Job> get(const std::string& id) const;  // with results
   // not_found; failed_precondition: not from its present state.
@@ -47,6 +48,7 @@ class DurableJobs {
   Result<pb::Job> resume(const std::string& id, const std::string& by);
   Result<pb::Job> set_priority(const std::string& id, int priority);
   Status cancel(const std::string& id, const std::string& by);
+  Result<std::string> owner_of(const std::string& id) const;  // name of the token that submitted it; not_found
   struct ResultFile {
     pb::JobView view;
     std::string file;
@@ -86,7 +88,7 @@ class DurableJobs {
     bool over = false;
   };
 
-  std::optional<pb::SubmitJobResponse> find_again(const pb::SubmitJobRequest& asked) const;
+  std::optional<pb::SubmitJobResponse> find_again(const pb::SubmitJobRequest& asked, const std::string& owner) const;
   Status take_up();  // what an earlier daemon has left
   void schedule();
   void forget_old();

@@ -153,6 +153,7 @@ Result<SceneLease> JobAttempt::load_again() {
   const auto loaded = core.scenes.load(std::move(recipe->request), loading_);
   if (!loaded) return loaded.error();
   SceneLease scene(loaded->scene);
+  scene->owners.add(record_.owner);
   if (scene->id != recipe->loaded_id) {
     return Error{ErrorCode::failed_precondition,
                  fmt::format("its files make scene {} now, where it was submitted with {}", scene->id.substr(0, 12),
@@ -162,12 +163,18 @@ Result<SceneLease> JobAttempt::load_again() {
   if (recipe->changes.empty()) return scene;
   const auto edited = core.scenes.change(scene, recipe->changes, loading_);
   if (!edited) return edited.error();
+  edited->scene->owners.add(record_.owner);
   return SceneLease(edited->scene);
+}
+
+// The share of whoever submitted the job.
+MemoryAccount& JobAttempt::account() {
+  return stores_.core.memory_of(record_.owner);
 }
 
 Status JobAttempt::begin_rendering() {
   const JobPlan& plan = planned_->plan;
-  picture_ = std::make_shared<JobPicture>(stores_.core.memory, plan.format, [signals = signals_] {
+  picture_ = std::make_shared<JobPicture>(account(), plan.format, [signals = signals_] {
     const std::lock_guard lock(signals->mutex);
     signals->frame_ended = true;
     signals->changed.notify_all();
@@ -182,7 +189,7 @@ Status JobAttempt::begin_rendering() {
       signals->changed.notify_all();
     };
   }
-  auto rendering = RenderContext::create(stores_.core.resources(), std::move(planned_->scene), plan.settings,
+  auto rendering = RenderContext::create(stores_.core.resources(account()), std::move(planned_->scene), plan.settings,
                                          plan.budget, RenderRank::job, FramePublisher::Tiles::final_only,
                                          plan.format.channels, picture_, std::move(checkpoints));
   if (!rendering) return rendering.error();
@@ -209,7 +216,7 @@ Result<JobAttempt::Resumed> JobAttempt::find_checkpoint(std::uint32_t view) {
   const JobPlan& plan = planned_->plan;
   const std::uint64_t file = std::uint64_t(plan.settings.rendered_region().area()) * plan.format.planes() * 8;
   const std::uint64_t most = std::max(checkpoint_bytes(plan.settings), file) + kHeaderBytes;
-  auto memory = stores_.core.memory.reserve_with_room(most, "the checkpoint of a job");
+  auto memory = account().reserve_with_room(most, "the checkpoint of a job");
   if (!memory) return memory.error();
   auto newest = stores_.checkpoints.read(record_.id, most);
   for (;;) {

@@ -73,6 +73,7 @@ class JobAttempt {
   std::uint32_t first_view();
   Status load();
   Result<SceneLease> load_again();
+  MemoryAccount& account();
   Status begin_rendering();
   Result<Resumed> find_checkpoint(std::uint32_t view);
   // These answer what becomes of the job, or nothing: it goes on.

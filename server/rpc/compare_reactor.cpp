@@ -78,15 +78,22 @@ class CompareReactor::Call {
   std::optional<grpc::Status> end_;
 };
 
-CompareReactor::CompareReactor(CompareCore& compare, grpc::CallbackServerContext& context,
+CompareReactor::CompareReactor(CompareCore& compare, CallerPtr caller, grpc::CallbackServerContext& context,
                                const grpc::ByteBuffer& request)
     : compare_(compare), call_(std::make_shared<Call>(*this, compare.core.config.request_timeout_s)) {
   const auto call = call_;  // this may be gone once the call is finished
-  const Status started = guarded([&] { return start(compare, context, request); });
+  under_way_ = compare.core.access.begin(caller, [&compare, weak = std::weak_ptr(call)](const grpc::Status& status) {
+    const auto there = weak.lock();
+    if (!there) return;
+    there->cancel->cancel();
+    there->finish(status);
+    compare.queue.withdraw(*there->cancel);
+  });
+  const Status started = guarded([&] { return start(compare, *caller, context, request); });
   if (!started.ok()) call->finish(to_grpc_status(started));
 }
 
-Status CompareReactor::start(CompareCore& compare, grpc::CallbackServerContext& context,
+Status CompareReactor::start(CompareCore& compare, const Caller& caller, grpc::CallbackServerContext& context,
                              const grpc::ByteBuffer& bytes) {
   ServiceCore& core = compare.core;
   if (const Status accepting = core.check_accepting(); !accepting.ok()) return accepting;
@@ -108,13 +115,17 @@ Status CompareReactor::start(CompareCore& compare, grpc::CallbackServerContext& 
 
   static std::atomic<std::uint64_t> number{0};
   const std::string name = fmt::format("comparison-{}", ++number);
+  auto counted = core.job_quota.take(caller);
+  if (!counted) return counted.error();
   struct Task {
+    JobQuota::Place counted;
     SceneLease scene;
     Comparison comparison;
   };
   auto snapshot = (*scene)->shared_from_this();
   auto task = std::make_shared<Task>(
-      Task{std::move(*scene), Comparison(core.resources(), compare.references, snapshot, std::move(*request))});
+      Task{std::move(*counted), std::move(*scene),
+           Comparison(core.resources(core.memory_of(caller)), compare.references, snapshot, std::move(*request))});
   if (const Status there = task->comparison.take_loaded_references(); !there.ok()) return there;
   pb::CompareResponse accepted;
   *accepted.mutable_accepted() = task->comparison.accepted();

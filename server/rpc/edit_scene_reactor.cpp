@@ -14,9 +14,9 @@
 
 namespace helio {
 
-EditSceneReactor::EditSceneReactor(ServiceCore& core, grpc::CallbackServerContext& context, const grpc::ByteBuffer& request,
-                                   grpc::ByteBuffer* response)
-    : UnaryCall(response), core_(core) {
+EditSceneReactor::EditSceneReactor(ServiceCore& core, CallerPtr caller, grpc::CallbackServerContext& context,
+                                   const grpc::ByteBuffer& request, grpc::ByteBuffer* response)
+    : UnaryCall(response), core_(core), caller_(std::move(caller)) {
   begin([&] { return start(context, request); });
 }
 
@@ -36,13 +36,14 @@ Status EditSceneReactor::start(grpc::CallbackServerContext& context, grpc::ByteB
   if (!base) return base.error();
   auto lease = std::make_shared<SceneLease>(std::move(*base));
   ServiceCore& core = core_;
-  const bool taken = core_.editor.submit([outcome = outcome(), lease, edits, &core] {
+  const bool taken = core_.editor.submit([outcome = outcome(), lease, edits, &core, caller = caller_] {
     const auto answer = guarded([&]() -> Result<pb::EditSceneResponse> {
       const SceneLease scene = std::move(*lease);
       if (const Status accepting = core.check_accepting(); !accepting.ok()) return accepting.error();
       const auto edit = core.scenes.edit(scene, *edits, outcome->cancel);
       if (!edit) return edit.error();
       const LoadedScene& edited = *edit->scene;
+      edited.owners.add(caller->name);
       spdlog::info("scene {} id={} from={} own_bytes={} build_s={:.3f}",
                    edit->already_loaded ? "already edited" : "edited", edited.id.substr(0, 12), scene->id.substr(0, 12),
                    edited.snapshot->stats().own_bytes, edited.snapshot->stats().build_seconds);

@@ -3,11 +3,14 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "server/base/arena_message.h"
 #include "server/base/grpc_status.h"
 #include "server/base/guarded.h"
 #include "server/base/parse_message.h"
+#include "server/rpc/call_rights.h"
+#include "server/rpc/ended_by_reload.h"
 #include "server/stream/convert.h"
 #include "server/stream/stream_messages.h"
 
@@ -22,10 +25,11 @@ Error out_of_order(std::string message) {
 
 }  // namespace
 
-FrameStreamReactor::FrameStreamReactor(ServiceCore& core) : core_(core) {
+FrameStreamReactor::FrameStreamReactor(ServiceCore& core, CallerPtr caller) : core_(core), caller_(std::move(caller)) {
   stream_ = std::make_shared<OutboundStream>(
       static_cast<OutboundStream::Call&>(*this),
       [this](Outbound message) { return to_stream_response(std::move(message), session_id_); }, core.timers);
+  under_way_ = core.access.begin(caller_, end_of(stream_));
   if (const Status accepting = core.check_accepting(); !accepting.ok()) {
     end(to_grpc_status(accepting));
   } else {
@@ -198,6 +202,8 @@ Status FrameStreamReactor::open(const pb::StreamRequest::Open& open) {
   if (!problems.empty()) return problems.to_error();
   auto found = core_.sessions.find(open.session_id(), "open.session_id");
   if (!found) return found.error();
+  const Status own = check_owner(*caller_, (*found)->owner(), "session '" + open.session_id() + "'");
+  if (!own.ok()) return own;
   session_id_ = open.session_id();
   if (open.credit() > 0) stream_->queue().limit_credit(open.credit());
   if (!open_due_->stop()) return Error{ErrorCode::unavailable, "open came too late", "request"};

@@ -10,16 +10,20 @@
 #include "server/base/guarded.h"
 #include "server/base/parse_message.h"
 #include "server/jobs/job_plan.h"
+#include "server/rpc/call_rights.h"
+#include "server/rpc/ended_by_reload.h"
 #include "server/stream/convert.h"
 #include "server/stream/owned_message.h"
 #include "server/stream/stream_messages.h"
 
 namespace helio {
-JobReactor::JobReactor(ServiceCore& core, grpc::CallbackServerContext& context, const grpc::ByteBuffer& request)
-    : core_(core) {
+JobReactor::JobReactor(ServiceCore& core, CallerPtr caller, grpc::CallbackServerContext& context,
+                       const grpc::ByteBuffer& request)
+    : core_(core), caller_(std::move(caller)) {
   stream_ = std::make_shared<OutboundStream>(
       static_cast<OutboundStream::Call&>(*this), [this](Outbound message) { return encode(std::move(message)); },
       core.timers);
+  under_way_ = core.access.begin(caller_, end_of(stream_));
   start_later(context, request);
 }
 
@@ -60,12 +64,12 @@ Status JobReactor::start(grpc::CallbackServerContext& context, const pb::RunJobR
   JobPlan& plan = planned->plan;
   const RenderSettings& settings = plan.settings;
 
-  auto id = core_.jobs.reserve();
+  auto id = core_.job_quota.add(*caller_, [&] { return core_.jobs.reserve(caller_->name); });
   if (!id) return id.error();
   job_id_ = std::move(*id);
   const auto tiles = request.preview_tiles() ? FramePublisher::Tiles::all : FramePublisher::Tiles::final_only;
-  auto rendering = RenderContext::create(core_.resources(), std::move(planned->scene), settings, plan.budget,
-                                         RenderRank::job, tiles, plan.format.channels);
+  auto rendering = RenderContext::create(core_.resources(core_.memory_of(*caller_)), std::move(planned->scene),
+                                         settings, plan.budget, RenderRank::job, tiles, plan.format.channels);
   if (!rendering) return rendering.error();
   auto queue = (*rendering)->reserve_queue(settings, plan.format);
   if (const Status fits = (*rendering)->keep_queue(std::move(queue), settings, plan.format); !fits.ok()) return fits;
@@ -92,8 +96,9 @@ Status JobReactor::start(grpc::CallbackServerContext& context, const pb::RunJobR
   stream_->push(Greeting{greeting.SerializeAsString()});
   job->start_view();
   rendering_of_job.report_progress(stream_);
-  spdlog::info("job accepted id={} scene={} size={}x{} views={}", job_id_, rendering_of_job.scene().id.substr(0, 12),
-               settings.width, settings.height, job->views().size());
+  spdlog::info("job accepted id={} scene={} size={}x{} views={} by={}", job_id_,
+               rendering_of_job.scene().id.substr(0, 12), settings.width, settings.height, job->views().size(),
+               asker(*caller_, context.peer()));
   return ok_status();
 }
 

@@ -301,13 +301,14 @@ PulledStream::Make get_result(DurableJobs& jobs, pb::GetResultRequest request) {
   };
 }
 
-PulledStream::Make run_detached_job(ServiceCore& core, DurableJobs& jobs, pb::RunJobRequest request, std::string by) {
-  return [&core, &jobs, request = std::move(request), by = std::move(by)](
-             std::weak_ptr<PulledStream::Waker> waker) -> Result<std::unique_ptr<MessageSource>> {
+PulledStream::Make run_detached_job(ServiceCore& core, DurableJobs& jobs, pb::RunJobRequest request, CallerPtr caller,
+                                    std::string by) {
+  return [&core, &jobs, request = std::move(request), caller = std::move(caller),
+          by = std::move(by)](std::weak_ptr<PulledStream::Waker> waker) -> Result<std::unique_ptr<MessageSource>> {
     pb::SubmitJobRequest submit;
     *submit.mutable_job() = request;
     submit.mutable_job()->clear_detach();
-    auto submitted = jobs.submit(submit, by);
+    auto submitted = jobs.submit(submit, *caller, by);
     if (!submitted) return submitted.error();
     const pb::Job& job = submitted->job();
     pb::RunJobResponse response;

@@ -29,10 +29,13 @@ struct LoadReferenceReactor::Upload {
   Reservation memory;
 };
 
-LoadReferenceReactor::LoadReferenceReactor(CompareCore& compare, grpc::CallbackServerContext& context,
+LoadReferenceReactor::LoadReferenceReactor(CompareCore& compare, CallerPtr caller, grpc::CallbackServerContext& context,
                                            grpc::ByteBuffer* response)
-    : compare_(compare), call_(std::make_shared<Call>(*this, context, *response)) {
+    : compare_(compare), caller_(std::move(caller)), call_(std::make_shared<Call>(*this, context, *response)) {
   const auto call = call_;
+  under_way_ = compare.core.access.begin(caller_, [weak = std::weak_ptr(call)](const grpc::Status& status) {
+    if (const auto there = weak.lock()) there->finish(status);
+  });
   if (const Status accepting = compare.core.check_accepting(); !accepting.ok()) {
     call->finish(to_grpc_status(accepting));
     return;
@@ -106,7 +109,7 @@ Status LoadReferenceReactor::begin(const pb::LoadReferenceRequest::Begin& begin)
                              compare_.references.limit()),
                  {}};
   }
-  auto memory = compare_.core.memory.reserve_with_room(begin.bytes(), "the upload of a reference");
+  auto memory = compare_.core.memory_of(*caller_).reserve_with_room(begin.bytes(), "the upload of a reference");
   if (!memory) return memory.error();
   upload_ = std::make_shared<Upload>();
   upload_->expected = begin.bytes();

@@ -44,8 +44,15 @@ struct LoadSceneReactor::Shared : UploadCall<pb::LoadSceneResponse> {
   CancelToken cancel;
 };
 
-LoadSceneReactor::LoadSceneReactor(ServiceCore& core, grpc::CallbackServerContext& context, grpc::ByteBuffer* response)
-    : core_(core), shared_(std::make_shared<Shared>(*this, context, *response)) {
+LoadSceneReactor::LoadSceneReactor(ServiceCore& core, CallerPtr caller, grpc::CallbackServerContext& context,
+                                   grpc::ByteBuffer* response)
+    : core_(core), caller_(std::move(caller)), shared_(std::make_shared<Shared>(*this, context, *response)) {
+  under_way_ = core.access.begin(caller_, [weak = std::weak_ptr(shared_)](const grpc::Status& status) {
+    const auto there = weak.lock();
+    if (!there) return;
+    there->cancel.cancel();
+    there->finish(status);
+  });
   if (const Status accepting = core.check_accepting(); !accepting.ok()) {
     shared_->finish(to_grpc_status(accepting));
     return;
@@ -133,7 +140,7 @@ Status LoadSceneReactor::begin(const pb::LoadSceneRequest::Begin& begin) {
     problems.add("begin.path", "is empty and so is main_file; one of them is required");
   }
   if (begin.path().empty()) {
-    upload_.emplace(core_.config.max_scene_bytes, core_.memory);
+    upload_.emplace(core_.config.max_scene_bytes, core_.memory_of(*caller_));
     if (!begin.main_file().empty() || begin.total_bytes() != 0) upload_->check(begin, problems);
   }
   if (!problems.empty()) return problems.to_error();
@@ -157,7 +164,7 @@ Status LoadSceneReactor::submit() {
   // The task owns the request, so that dropping it from the loader's queue frees it.
   auto request = std::make_shared<SceneRequest>(std::move(*load_));
   ServiceCore& core = core_;
-  const bool taken = core_.loader.submit([shared = shared_, request, &core] {
+  const bool taken = core_.loader.submit([shared = shared_, request, &core, caller = caller_] {
     const auto answer = guarded([&]() -> Result<pb::LoadSceneResponse> {
       if (const Status accepting = core.check_accepting(); !accepting.ok()) return accepting.error();
       if (const auto* bundle = std::get_if<SceneBundle>(&request->files); bundle && core.keep_upload) {
@@ -169,6 +176,7 @@ Status LoadSceneReactor::submit() {
         return outcome.error();
       }
       const LoadedScene& scene = *outcome->scene;
+      scene.owners.add(caller->name);
       spdlog::info("scene {} id={} triangles={} load_s={:.3f} build_s={:.3f}",
                    outcome->already_loaded ? "already loaded" : "loaded", scene.id.substr(0, 12),
                    scene.snapshot->stats().triangles, scene.load_seconds, scene.snapshot->stats().build_seconds);

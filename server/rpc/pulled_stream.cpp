@@ -92,8 +92,11 @@ class PulledStream::Shared final : public Waker, public std::enable_shared_from_
   grpc::ByteBuffer message_;
 };
 
-PulledStream::PulledStream(TaskThread& threads, Error full, Make make)
+PulledStream::PulledStream(TaskThread& threads, Error full, AccessControl& access, CallerPtr caller, Make make)
     : shared_(std::make_shared<Shared>(*this, threads, std::move(full), std::move(make))) {
+  under_way_ = access.begin(std::move(caller), [weak = std::weak_ptr(shared_)](const grpc::Status& status) {
+    if (const auto there = weak.lock()) there->end(status);
+  });
   const auto shared = shared_;  // this may be gone once the first pull has failed
   shared->wake();
 }

@@ -13,8 +13,9 @@ constexpr double kAttached = -1;
 }  // namespace
 
 Session::Session(std::string id, std::shared_ptr<RenderContext> rendering, const RenderSettings& settings,
-                 const Budget& budget, unsigned channels, double grace_s, const RenderLimits& limits)
+                 const Budget& budget, unsigned channels, double grace_s, const RenderLimits& limits, std::string owner)
     : id_(std::move(id)),
+      owner_(std::move(owner)),
       grace_s_(grace_s),
       limits_(limits),
       rendering_(std::move(rendering)),
@@ -131,10 +132,18 @@ Result<std::uint64_t> Session::update(const Change& change) {
   return revision;
 }
 
-Status Session::attach(const std::shared_ptr<OutboundStream>& stream, const TileFormat& format) {
+Status Session::attach(const std::shared_ptr<OutboundStream>& stream, const TileFormat& format, TakeOver take_over) {
+  const auto may_attach = [&]() -> Status {
+    if (closed_) return gone();
+    if (take_over == TakeOver::yes || !rendering_->publisher().stream()) return ok_status();
+    return Error{
+        ErrorCode::permission_denied,
+        "session '" + id_ + "' has a listener, and a stream of another token may not take it over; this needs admin",
+        "session_id"};
+  };
   const std::lock_guard resizing(resize_mutex_);
   std::unique_lock lock(mutex_);
-  if (closed_) return gone();
+  if (const Status may = may_attach(); !may.ok()) return may;
   const InUse in_use(in_use_, lock);
   const RenderSettings settings = settings_;
   lock.unlock();
@@ -143,8 +152,8 @@ Status Session::attach(const std::shared_ptr<OutboundStream>& stream, const Tile
   auto queue = rendering_->reserve_queue(settings, format);
   lock.lock();
   if (!fits.ok()) return fits.error();
-  // Meanwhile it may have been closed; its size stays while this has resize_mutex_.
-  if (closed_) return gone();
+  // Meanwhile it may have been closed, or have got a listener; its size stays while this has resize_mutex_.
+  if (const Status may = may_attach(); !may.ok()) return may;
   if (const Status kept = rendering_->keep_queue(std::move(queue), settings_, format); !kept.ok()) return kept;
   RenderLoop& loop = rendering_->loop();
   const bool has_samples = loop.progress().trace.paths > 0;
@@ -242,6 +251,7 @@ pb::SessionInfo Session::info() const {
   info.set_invalid_samples(rendering_->loop().invalid_samples());
   info.set_used_seconds(rendering_->loop().used_seconds());
   info.set_idle_s(idle_s());
+  info.set_owner(owner_);
   return info;
 }
 

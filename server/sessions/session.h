@@ -20,9 +20,11 @@ namespace helio {
 class Session : public std::enable_shared_from_this<Session> {
  public:
   Session(std::string id, std::shared_ptr<RenderContext> rendering, const RenderSettings& settings,
-          const Budget& budget, unsigned channels, double grace_s, const RenderLimits& limits);
+          const Budget& budget, unsigned channels, double grace_s, const RenderLimits& limits, std::string owner = {});
 
   const std::string& id() const { return id_; }
+  // Name of the token of whoever created it; empty: nobody in particular.
+  const std::string& owner() const { return owner_; }
   double grace_s() const { return grace_s_; }
   RenderSettings settings() const;
 
@@ -38,8 +40,11 @@ class Session : public std::enable_shared_from_this<Session> {
   Result<std::uint64_t> update(const Change& change);
 
   // The stream becomes the session's only listener; the one before ends with ABORTED. Errors: not_found after
-  // close(); resource_exhausted when max_memory is reached.
-  Status attach(const std::shared_ptr<OutboundStream>& stream, const TileFormat& format);
+  // close(); resource_exhausted when max_memory is reached; permission_denied where there is a listener that the new
+  // one may not take over from.
+  enum class TakeOver { yes, no };
+  Status attach(const std::shared_ptr<OutboundStream>& stream, const TileFormat& format,
+                TakeOver take_over = TakeOver::yes);
   // Does nothing when another stream has taken over since.
   void detach(const OutboundStream* stream);
   // The client will send nothing more: the listener's call ends with the frame in flight, or at once when that has no
@@ -73,6 +78,7 @@ class Session : public std::enable_shared_from_this<Session> {
   void pause();
 
   const std::string id_;
+  const std::string owner_;
   const double grace_s_;
   const RenderLimits limits_;
   const std::shared_ptr<RenderContext> rendering_;

@@ -532,6 +532,15 @@ Result<std::vector<JobEvent>> JobTable::events(const std::string& job_id, std::u
   });
 }
 
+Result<std::uint64_t> JobTable::unfinished_of(const std::string& owner) const {
+  return state_->read([&](SqliteDatabase& database) -> Result<std::uint64_t> {
+    const auto count =
+        database.query_integer("SELECT count(*) FROM jobs WHERE state IN (1, 2, 3) AND owner = ?", {owner});
+    if (!count) return count.error();
+    return std::uint64_t(*count);
+  });
+}
+
 Result<std::optional<JobRecord>> JobTable::next_queued(const std::vector<std::string>& except) const {
   return state_->read([&](SqliteDatabase& database) -> Result<std::optional<JobRecord>> {
     auto rows = database.query(std::string(kSelectJob) + "WHERE state = 1 ORDER BY priority DESC, number");

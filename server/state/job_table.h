@@ -114,6 +114,8 @@ class JobTable {
   Result<std::uint64_t> next_seq() const;  // of the event that comes next
   // The owner's job of this token; nothing: none.
   Result<std::optional<JobRecord>> find_token(const std::string& owner, const std::string& client_token) const;
+  // Jobs of this owner that are not at their end.
+  Result<std::uint64_t> unfinished_of(const std::string& owner) const;
   // The queued job that comes next: highest priority, then the oldest; not one of `except`. Nothing: none.
   Result<std::optional<JobRecord>> next_queued(const std::vector<std::string>& except) const;
   // Oldest submission first.

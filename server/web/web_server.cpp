@@ -47,7 +47,8 @@ class WebServer::Impl {
   Impl(const Options& options, const ListenAddress& listen)
       : max_connections_(options.max_connections),
         access_(names(options, listen)),
-        tokens_(options.tokens),
+        tokens_(options.tokens ? *options.tokens : everyone_),
+        tls_(options.certificates),
         calls_(io_),
         site_{files_,
               access_,
@@ -171,7 +172,9 @@ class WebServer::Impl {
   const int max_connections_;
   const PageFiles files_;
   const WebAccess access_;
-  const AccessTokens tokens_;
+  const AccessControl everyone_;
+  const AccessControl& tokens_;
+  WebTls tls_;
   const std::shared_ptr<void> connections_ = std::make_shared<int>(0);  // counts them
   bool stopping_ = false;                                               // of the thread
   asio::io_context io_{1};
@@ -187,9 +190,12 @@ class WebServer::Impl {
 Result<std::unique_ptr<WebServer>> WebServer::listen(const Options& options) {
   const auto listen = parse_listen_address(options.listen);
   if (!listen) return Error{ErrorCode::invalid_argument, listen.error().message, "http"};
-  if (!listen->loopback && options.tokens.empty()) {
+  const bool tokens = options.tokens && !options.tokens->empty();
+  if (!listen->loopback && !tokens && !(options.certificates && options.certificates->asks_callers())) {
     return Error{ErrorCode::invalid_argument,
-                 "'" + options.listen + "' without --token-file; allowed: an address of loopback, or any with tokens",
+                 "'" + options.listen +
+                     "' without --token-file and --tls-client-ca; allowed: an address of loopback, or any with one of "
+                     "them",
                  "http"};
   }
   auto impl = std::make_unique<Impl>(options, *listen);

@@ -9,7 +9,8 @@
 #include <vector>
 
 #include "renderer/base/result.h"
-#include "server/base/access_tokens.h"
+#include "server/base/access_control.h"
+#include "server/base/tls_certificates.h"
 
 namespace helio {
 
@@ -19,7 +20,8 @@ class WebServer {
     std::string listen;              // HOST:PORT, port 0: any free one
     std::vector<std::string> hosts;  // names that browsers may call it by, beside those of loopback
     int max_connections = 64;        // [1, 65536]
-    AccessTokens tokens;
+    const AccessControl* tokens = nullptr;                    // outlives the server; null: everyone may
+    std::shared_ptr<TlsCertificates> certificates = nullptr;  // null: the page is served without TLS
     // For each request from its first byte to its last, its answer, the time between two, and a WebSocket's hello.
     double patience_s = 15;
   };

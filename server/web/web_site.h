@@ -5,7 +5,7 @@
 #include <functional>
 #include <memory>
 
-#include "server/base/access_tokens.h"
+#include "server/base/access_control.h"
 #include "server/web/bridged_call.h"
 #include "server/web/page_files.h"
 #include "server/web/web_access.h"
@@ -18,7 +18,7 @@ class WebSocket;
 struct WebSite {
   const PageFiles& files;
   const WebAccess& access;
-  const AccessTokens& tokens;
+  const AccessControl& tokens;
   BridgedCalls& calls;
   const std::chrono::milliseconds patience;
   std::function<bool()> ready;  // new work is taken

@@ -177,7 +177,7 @@ void WebSocket::greet(const Envelope& envelope) {
     return close(4400, "the page speaks envelope " + std::to_string(hello.envelope()) + ", this daemon " +
                            std::to_string(kEnvelopeVersion) + "; load the page again");
   }
-  if (!site_.tokens.allow(hello.token())) return close(4401, "the token is not one of the daemon's");
+  if (!site_.tokens.find(hello.token())) return close(4401, "the token is not one of the daemon's");
   authorization_ = site_.tokens.empty() ? std::string() : to_authorization(hello.token());
   greeted_ = true;
   hello_due_.cancel();
