@@ -220,7 +220,7 @@ std::span<const std::uint8_t> bytes_of(const std::string& text) {
 TEST_F(OutputPaths, AFolderThatBecameALinkIsNotWrittenThrough) {
   fs::create_directories(out("sub"));
   fs::create_directories(folder_ / "elsewhere");
-  const auto roots = OutputRoots::open({folder_ / "out"});
+  const auto roots = OutputRoots::open(std::vector<std::string>{folder_ / "out"});
   ASSERT_TRUE(roots.ok());
   const auto file = roots->file_of("sub/picture.exr", 0, "output.path");
   ASSERT_TRUE(file.ok());
@@ -238,7 +238,7 @@ TEST_F(OutputPaths, AFolderThatBecameALinkIsNotWrittenThrough) {
 
 TEST_F(OutputPaths, AFileThatCameMeanwhileIsNotLost) {
   fs::create_directories(folder_ / "out");
-  const auto roots = OutputRoots::open({folder_ / "out"});
+  const auto roots = OutputRoots::open(std::vector<std::string>{folder_ / "out"});
   ASSERT_TRUE(roots.ok());
   const auto file = roots->file_of("picture.exr", 0, "output.path");
   ASSERT_TRUE(file.ok());
