@@ -87,7 +87,8 @@ TlsOptions read_tls(const ConnectionOptions& options, OptionReader& reader) {
     reader.problems().add("--tls", "by HELIOGRAPH_TLS: '" + wanted + "'; allowed: on, off");
   const bool by_file = !tls.ca_file.empty() || !tls.certificate_file.empty() || !tls.key_file.empty();
   tls.on = !options.no_tls && (options.tls || wanted == "on" || by_file || !tls.name.empty());
-  for (const Problems::Item& item : find_tls_problems(tls).items()) {
+  const Problems problems = find_tls_problems(tls);
+  for (const Problems::Item& item : problems.items()) {
     const TextOption& option = item.where == "ca_file"            ? options.tls_ca
                                : item.where == "certificate_file" ? options.tls_certificate
                                                                   : options.tls_key;
