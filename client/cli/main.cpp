@@ -1,7 +1,9 @@
 // heliograph: the daemon's thin client, and a renderer in itself.
+#include <grpc/support/log.h>
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -89,5 +91,7 @@ int run(int argc, char** argv) {
 }  // namespace helio::cli
 
 int main(int argc, char** argv) {
+  // What gRPC says on stderr of a failed handshake the commands say better; its own variable asks for it.
+  if (!std::getenv("GRPC_VERBOSITY")) gpr_set_log_function([](gpr_log_func_args*) {});
   return helio::cli::run(argc, argv);
 }

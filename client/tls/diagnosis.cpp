@@ -112,10 +112,25 @@ bool connect_to(const Peer& peer, Socket& wire) {
   return false;
 }
 
-// Called when the daemon asks for a certificate.
-int note_that_it_asks(SSL*, void* asked) {
-  *static_cast<bool*>(asked) = true;
+// What a handshake shows, a failed one too.
+struct Shown {
+  bool asked = false;           // for a certificate of the caller
+  Owned<X509> its_certificate;  // the daemon's
+};
+
+int note_that_it_asks(SSL*, void* shown) {
+  static_cast<Shown*>(shown)->asked = true;
   return 1;
+}
+
+// OpenSSL keeps no certificate that it did not accept.
+int note_its_certificate(int accepted, X509_STORE_CTX* store) {
+  const auto* connection =
+      static_cast<const SSL*>(X509_STORE_CTX_get_ex_data(store, SSL_get_ex_data_X509_STORE_CTX_idx()));
+  auto& shown = *static_cast<Shown*>(SSL_get_app_data(connection));
+  X509* certificate = X509_STORE_CTX_get0_cert(store);
+  if (certificate && !shown.its_certificate && X509_up_ref(certificate) == 1) shown.its_certificate.reset(certificate);
+  return accepted;
 }
 
 // The names that a certificate is for: "'render-7.example', '10.0.0.7'".
@@ -141,8 +156,7 @@ std::string names_of(X509* certificate) {
 }
 
 // Why the daemon's certificate was not accepted.
-std::string explain(long problem, SSL* connection, const Peer& peer, const TlsOptions& options) {
-  const Owned<X509> certificate(SSL_get1_peer_certificate(connection));
+std::string explain(long problem, const Shown& shown, const Peer& peer, const TlsOptions& options) {
   switch (problem) {
     case X509_V_ERR_UNABLE_TO_GET_ISSUER_CERT:
     case X509_V_ERR_UNABLE_TO_GET_ISSUER_CERT_LOCALLY:
@@ -160,20 +174,20 @@ std::string explain(long problem, SSL* connection, const Peer& peer, const TlsOp
     case X509_V_ERR_HOSTNAME_MISMATCH:
     case X509_V_ERR_IP_ADDRESS_MISMATCH:
       return "its certificate is not for '" + (options.name.empty() ? peer.host : options.name) + "' but for " +
-             (certificate ? names_of(certificate.get()) : "another name") +
+             (shown.its_certificate ? names_of(shown.its_certificate.get()) : "another name") +
              ": give the name that it has (--tls-name NAME)";
     default:
       return "its certificate is not accepted: " + std::string(X509_verify_cert_error_string(problem));
   }
 }
 
-Owned<SSL_CTX> make_context(const TlsOptions& options, bool& asked) {
+Owned<SSL_CTX> make_context(const TlsOptions& options, Shown& shown) {
   Owned<SSL_CTX> context(SSL_CTX_new(TLS_client_method()));
   if (!context) return context;
   SSL_CTX_set_alpn_protos(context.get(), kHttp2, sizeof kHttp2);
-  SSL_CTX_set_cert_cb(context.get(), note_that_it_asks, &asked);
+  SSL_CTX_set_cert_cb(context.get(), note_that_it_asks, &shown);
   if (!options.on) return context;
-  SSL_CTX_set_verify(context.get(), SSL_VERIFY_PEER, nullptr);
+  SSL_CTX_set_verify(context.get(), SSL_VERIFY_PEER, note_its_certificate);
   if (options.ca_file.empty()) {
     SSL_CTX_set_default_verify_paths(context.get());
   } else {
@@ -203,10 +217,11 @@ std::string diagnose_tls(const std::string& address, const TlsOptions& options) 
   Socket wire;
   if (!connect_to(peer, wire)) return {};
   const NoPipeSignal no_signal;
-  bool asked = false;
-  const Owned<SSL_CTX> context = make_context(options, asked);
+  Shown shown;
+  const Owned<SSL_CTX> context = make_context(options, shown);
   const Owned<SSL> connection(context ? SSL_new(context.get()) : nullptr);
   if (!connection) return {};
+  SSL_set_app_data(connection.get(), &shown);
   SSL_set_fd(connection.get(), wire.value);
   expect_name(connection.get(), options.name.empty() ? peer.host : options.name);
   ERR_clear_error();
@@ -216,20 +231,20 @@ std::string diagnose_tls(const std::string& address, const TlsOptions& options) 
   const long problem = SSL_get_verify_result(connection.get());
   ERR_clear_error();
   if (!options.on) {
-    return shaken || asked || alert ? "it speaks TLS: ask for it by --tls, and where its authority is not one of this "
-                                      "machine's, by --tls-ca FILE"
-                                    : "";
+    return shaken || shown.asked || alert ? "it speaks TLS: ask for it by --tls, and where its authority is not one of "
+                                            "this machine's, by --tls-ca FILE"
+                                          : "";
   }
-  if (!shaken && problem != X509_V_OK) return explain(problem, connection.get(), peer, options);
+  if (!shaken && problem != X509_V_OK) return explain(problem, shown, peer, options);
   // In TLS 1.3 a daemon that misses a certificate tells so after the handshake, or just hangs up.
   char byte;
   const bool answered = shaken && SSL_read(connection.get(), &byte, 1) == 1;
   ERR_clear_error();
   if (answered) return {};
-  if (asked && options.certificate_file.empty()) {
+  if (shown.asked && options.certificate_file.empty()) {
     return "it asks for a certificate of its callers: give one and its key (--tls-certificate FILE, --tls-key FILE)";
   }
-  if (asked) return "it does not accept the certificate in '" + options.certificate_file + "'";
+  if (shown.asked) return "it does not accept the certificate in '" + options.certificate_file + "'";
   if (!shaken && error != 0 && !alert)
     return "it does not speak TLS: without it (no --tls, no --tls-ca) all that travels can be read";
   return {};

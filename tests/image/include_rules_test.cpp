@@ -197,7 +197,8 @@ const std::map<std::string, Rule> kRules = {
     {"client/cli",
      {{"renderer/base", "renderer/comparison", "renderer/frame", "client", "client/shards", "client/tev", "client/tls",
        "server/base", "server/app", "server/compare", "server/stream", "proto"},
-      {"CLI/CLI.hpp", "nlohmann/json.hpp", "spdlog/fmt/fmt.h", "spdlog/spdlog.h", "fcntl.h", "signal.h", "unistd.h"}}},
+      {"CLI/CLI.hpp", "grpc/support/log.h", "nlohmann/json.hpp", "spdlog/fmt/fmt.h", "spdlog/spdlog.h", "fcntl.h",
+       "signal.h", "unistd.h"}}},
     // The tables of papers, as comparisons.
     {"client/cli/presets",
      {{"renderer/base", "renderer/codec", "client", "client/report", "client/cli", "proto"}, {"spdlog/fmt/fmt.h"}}},

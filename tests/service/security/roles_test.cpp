@@ -58,7 +58,7 @@ TEST(CallRights, HaveARowForEveryRpcOfTheService) {
 }
 
 TEST_F(Roles, DecideWhatEachRpcAnswers) {
-  start_with_tokens();
+  start_with_tokens([&](ServerConfig& config) { config.scene_roots = {folder_.path()}; });
   for (const CallRight& right : call_rights()) {
     const std::string rpc(right.rpc);
     EXPECT_EQ(touch(new_channel(), rpc, "", "").error_code(), StatusCode::UNAUTHENTICATED) << rpc;

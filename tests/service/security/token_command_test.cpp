@@ -36,7 +36,7 @@ TEST_F(TokenCommand, MakesALineThatTheDaemonTakes) {
   EXPECT_EQ(run({"info"}, "alice").exit_code, 0);
   const std::vector<std::string> render = {"render", "quad.gltf", "--samples", "1", "--size", "8x8"};
   const ProcessResult refused = run(render, "alice");
-  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_EQ(refused.exit_code, 3);  // its scene is refused
   expect_one_line(refused.err);
   EXPECT_NE(refused.err.find("the token 'alice' has the role view; LoadScene needs render"), std::string::npos)
       << refused.err;
