@@ -642,6 +642,7 @@ void RenderLoop::Impl::begin_preview(Retired& retired) {
   previews.clock.begun(now);
   open_frame(std::move(previews.next_record));
   frame->begin.preview = true;
+  frame->begin.changed_s = accepted_s;
   frame->begin.notice = aspect_notice(view->camera, settings.width, settings.height);
   frame->begun_s = now;
   token = std::make_shared<CancelToken>();
@@ -681,7 +682,10 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
   const bool reuse = film->history() && scene;
   if (reuse && !history.film_usable()) another_picture = true;
   if (another_picture) pipeline.forget_samples();
-  if (another_picture || another_grid) begin_picture(reuse, retired);
+  if (another_picture || another_grid) {
+    frame->begin.changed_s = accepted_s;
+    begin_picture(reuse, retired);
+  }
   if (!caches_light_vertices(settings.integrator) || !scene) {
     retired.add(std::exchange(lights, nullptr));
   } else if (!lights || !lights->suits(scene, path_settings(frame_settings()))) {
@@ -799,7 +803,10 @@ void RenderLoop::Impl::note_finished_plan(double now) {
   blend(state.measure_seconds, pipeline.seconds(StageId::measure));
   blend(state.display_seconds, pipeline.seconds(StageId::display));
   blend(state.publish_seconds, pipeline.seconds(StageId::resolve));
-  if (const double seconds = pipeline.seconds(StageId::checkpoint); seconds > 0) checkpoints->clock.ended(seconds, now);
+  if (const double seconds = pipeline.seconds(StageId::checkpoint); seconds > 0) {
+    checkpoints->clock.ended(seconds, now);
+    checkpoints->tell_pause(seconds);
+  }
   const std::uint64_t samples = picture.samples;
   for (const auto& stage : pipeline.finished_stages()) stage->note(picture);
   if (picture.samples > samples) invalid_samples += picture.trace.invalid();  // they were restored
@@ -945,10 +952,14 @@ void RenderLoop::Impl::run_piece(std::unique_lock<std::mutex>& lock, std::size_t
     picture.trace.add(stats);
     invalid_samples += stats.invalid_samples + stats.invalid_splats;
   }
+  RenderTotals totals{0, stats.rays, 0};
   if (integrated && done && !failure) {
     picture.samples += integrated->samples;
     if (current) frame_samples += integrated->samples;
+    totals.samples = integrated->samples;
   }
+  if (!of_preview && (!integrated || (done && !failure))) totals.invalid_samples = stats.invalid();
+  engine.count(totals);
   if (current && !failure && std::holds_alternative<ResolvePiece>(*piece)) waiting.push({mine, std::move(tile)});
   if (failure) {
     if (of_preview) {

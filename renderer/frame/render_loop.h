@@ -45,6 +45,13 @@ std::shared_ptr<DisplayLayer> make_display_layer(const RenderSettings& settings,
                                                  const std::shared_ptr<const OidnLibrary>& oidn,
                                                  std::shared_ptr<const void> count = nullptr);
 
+// What an engine's workers have done for all loops, those that are gone included.
+struct RenderTotals {
+  std::uint64_t samples = 0;          // of pixels, that went into a film; not what was restored or carried
+  std::uint64_t rays = 0;             // TraceStats::rays, those of previews and of samples that were thrown away included
+  std::uint64_t invalid_samples = 0;  // TraceStats::invalid()
+};
+
 class RenderEngine {
  public:
   explicit RenderEngine(int threads);  // 0: one per core
@@ -54,6 +61,7 @@ class RenderEngine {
 
   int threads() const;
   double used_seconds() const;          // processor time of all loops, those that are gone included
+  RenderTotals totals() const;
   std::vector<int> thread_ids() const;  // the system's, of the workers that have begun
 
   struct Impl;

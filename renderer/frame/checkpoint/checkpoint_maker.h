@@ -24,6 +24,9 @@ struct CheckpointOptions {
   std::function<void(std::shared_ptr<const PictureCheckpoint>)> keep = {};
   // What the caller counts checkpoint_bytes() by: released once that memory has been freed.
   std::shared_ptr<const void> count = {};
+  // Told how many seconds samples stood still for one; by a worker, with the loop's lock held: it returns at once and
+  // throws nothing.
+  std::function<void(double seconds)> paused = {};
 };
 
 class CheckpointMaker {
@@ -45,6 +48,9 @@ class CheckpointMaker {
   std::shared_ptr<Memory> set_memory(std::shared_ptr<Memory> memory) noexcept;
 
   CheckpointClock clock;
+  void tell_pause(double seconds) const {
+    if (options_.paused) options_.paused(seconds);
+  }
   // There is memory, and nobody holds what it has.
   bool free() const { return memory_ && !held_->load(std::memory_order_acquire); }
   const std::shared_ptr<Memory>& memory() const { return memory_; }
