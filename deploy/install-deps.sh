@@ -19,7 +19,7 @@ packages=(
   # libraries; libembree-dev is Embree 3.13 in Debian 12 and Embree 4 in Debian 13
   libabsl-dev libboost-dev libcli11-dev libdeflate-dev libdraco-dev libembree-dev libgrpc++-dev libimath-dev libmeshoptimizer-dev libopenexr-dev
   libopenimageio-dev libprotobuf-dev libpugixml-dev libspdlog-dev libspng-dev libsqlite3-dev libssl-dev libtbb-dev libturbojpeg0-dev
-  nlohmann-json3-dev zlib1g-dev
+  nlohmann-json3-dev prometheus-cpp-dev zlib1g-dev
   # headers and loader of Vulkan, which nothing is linked to (libvolk-dev is another library)
   libvulkan-dev libvulkan-volk-dev
   # without its programs OpenImageIO's CMake configuration does not load in Debian 13

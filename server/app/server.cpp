@@ -7,16 +7,22 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstdlib>
+#include <functional>
 #include <future>
 #include <mutex>
 #include <optional>
 #include <thread>
+#include <vector>
 
 #include "renderer/base/clock.h"
 #include "renderer/trace/accel/traversal_isa.h"
+#include "server/app/call_counter.h"
+#include "server/app/metrics_page.h"
 #include "server/base/listen_address.h"
+#include "server/base/log_format.h"
 #include "server/jobs/durable_jobs.h"
 #include "server/rpc/render_service.h"
 #include "server/web/web_server.h"
@@ -32,6 +38,9 @@ constexpr double kLastCallsSeconds = 0.3;
 constexpr double kOvertimeSeconds = 0.5;
 // Jobs get the grace less this, in which their results are sent.
 constexpr double kResultSeconds = 0.5;
+// The service by which grpc.health.v1.Health tells whether jobs are kept.
+constexpr char kJobsHealth[] = "heliograph.v1.jobs";
+constexpr std::size_t kMaxWaitingScrapes = 8;
 
 }  // namespace
 
@@ -39,12 +48,16 @@ struct Server::Impl {
   Impl(const ServerConfig& config, SceneRoots roots, std::shared_ptr<const OidnLibrary> oidn, AccessTokens tokens)
       : core(config, std::move(roots), std::move(oidn), std::move(tokens)), compare(core) {}
 
+  RpcCounts calls = counts_of_service();
   ServiceCore core;
   CompareCore compare;
   std::unique_ptr<DurableJobs> jobs;  // null: none are kept
   std::optional<RenderService> service;
+  std::optional<MetricsPage> metrics;
+  std::atomic<bool> open = false;  // all of the above is there
   std::unique_ptr<grpc::Server> server;
-  std::unique_ptr<WebServer> web;  // null: none
+  TaskThread scraper{kMaxWaitingScrapes};  // makes the text of /metrics, which may wait for the disk
+  std::unique_ptr<WebServer> web;          // null: none
   std::string address;
   std::mutex draining;
   bool drained = false;
@@ -68,13 +81,27 @@ struct Server::Impl {
     for (const std::string& notice : notices) spdlog::warn("{}", notice);
     if (!opened && (!own || opened.error().where == "output-root")) return opened.error();
     if (!opened) {
-      spdlog::warn("no jobs are kept: {}", opened.error().to_string());
+      spdlog::warn("no jobs are kept reason={}", logged(opened.error().to_string()));
       return opened.error().to_string();
     }
     jobs = std::move(*opened);
     core.keep_upload = [this](const SceneBundle& bundle) { return jobs->keep_upload(bundle); };
-    spdlog::info("jobs are kept in {}", *folder);
+    spdlog::info("jobs are kept folder={}", logged(*folder));
     return std::string();
+  }
+
+  // Why no new work is taken, for probes; empty: it is.
+  std::string unready() const {
+    if (!open) return "the daemon is starting: the state of its jobs is not open yet";
+    return core.draining ? "the daemon is draining" : "";
+  }
+
+  bool scrape(std::function<void(std::string)> told) {
+    return scraper.submit([this, told = std::move(told)] { told(open ? metrics->text() : std::string()); });
+  }
+
+  WebServer::Sources web_sources() {
+    return {[this] { return unready(); }, [this](auto told) { return scrape(std::move(told)); }};
   }
 };
 
@@ -92,22 +119,26 @@ Result<std::unique_ptr<Server>> Server::start(const ServerConfig& config) {
   if (const Status chosen = choose_traversal_isa(config.isa); !chosen) return chosen.error();
   auto oidn = ServiceCore::load_oidn(config);
   if (!oidn) return oidn.error();
-  if (*oidn) spdlog::info("Open Image Denoise {} of {}", (*oidn)->version(), config.oidn_library);
+  if (*oidn) {
+    spdlog::info("Open Image Denoise version={} library={}", logged((*oidn)->version()), logged(config.oidn_library));
+  }
   auto tokens = ServiceCore::read_tokens(config);
   if (!tokens) return tokens.error();
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
 
   auto impl = std::make_unique<Impl>(complete(config), std::move(*roots), std::move(*oidn), std::move(*tokens));
-  auto no_jobs_reason = impl->open_jobs();
-  if (!no_jobs_reason) return no_jobs_reason.error();
-  impl->service.emplace(impl->compare, impl->jobs.get(), std::move(*no_jobs_reason));
   if (!config.http.empty()) {
     auto web = WebServer::listen({config.http, config.http_hosts, config.max_http_connections, impl->core.tokens});
     if (!web) return web.error();
     impl->web = std::move(*web);
     impl->core.http_address = impl->web->address();
+    impl->web->serve(impl->web_sources());  // probes are answered while the state folder is opened
   }
+  auto no_jobs_reason = impl->open_jobs();
+  if (!no_jobs_reason) return no_jobs_reason.error();
+  impl->service.emplace(impl->compare, impl->jobs.get(), std::move(*no_jobs_reason));
+  impl->metrics.emplace(impl->compare, impl->jobs.get(), impl->calls);
   grpc::ServerBuilder builder;
   builder.RegisterService(&*impl->service);
   builder.SetMaxReceiveMessageSize(kMaxReceivedMessage);
@@ -119,6 +150,9 @@ Result<std::unique_ptr<Server>> Server::start(const ServerConfig& config) {
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10000);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 5000);
+  std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> interceptors;
+  interceptors.push_back(std::make_unique<CallCounter>(impl->calls));
+  builder.experimental().SetInterceptorCreators(std::move(interceptors));
   int port = 0;
   ListenAddress listen;
   if (!config.listen.empty()) {
@@ -131,8 +165,13 @@ Result<std::unique_ptr<Server>> Server::start(const ServerConfig& config) {
   if (!impl->server || (!config.listen.empty() && port == 0)) {
     return Error{ErrorCode::unavailable, "cannot listen on " + config.listen + "; is the address in use?", "listen"};
   }
-  if (impl->jobs) impl->jobs->begin();
-  impl->server->GetHealthCheckService()->SetServingStatus(heliograph::v1::RenderService::service_full_name(), true);
+  grpc::HealthCheckServiceInterface& health = *impl->server->GetHealthCheckService();
+  health.SetServingStatus(heliograph::v1::RenderService::service_full_name(), true);
+  health.SetServingStatus(kJobsHealth, impl->jobs != nullptr);
+  if (impl->jobs) {
+    impl->jobs->on_state([&health](const Status& state) { health.SetServingStatus(kJobsHealth, state.ok()); });
+    impl->jobs->begin();
+  }
   if (!config.listen.empty()) {
     impl->address = bracketed(listen.host) + ":" + std::to_string(port);
     if (!listen.loopback) {
@@ -142,10 +181,8 @@ Result<std::unique_ptr<Server>> Server::start(const ServerConfig& config) {
           impl->address);
     }
   }
-  if (impl->web) {
-    impl->web->serve(impl->server->InProcessChannel(grpc::ChannelArguments()),
-                     [&core = impl->core] { return !core.draining; });
-  }
+  impl->open = true;
+  if (impl->web) impl->web->open(impl->server->InProcessChannel(grpc::ChannelArguments()));
   return std::unique_ptr<Server>(new Server(std::move(impl)));
 }
 
@@ -189,6 +226,7 @@ bool Server::drain(double grace_s) {
   impl_->drained = true;
   const double deadline = now_s() + grace_s;
   core.draining = true;
+  if (impl_->jobs) impl_->jobs->on_state({});
   impl_->server->GetHealthCheckService()->SetServingStatus(false);
   const grpc::Status status(grpc::StatusCode::UNAVAILABLE, "the daemon is draining");
   for (const auto& session : core.sessions.list()) session->drain(status);

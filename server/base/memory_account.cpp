@@ -1,36 +1,45 @@
 #include "server/base/memory_account.h"
 
-#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 
+#include "server/base/log_format.h"
 #include "server/base/retry.h"
 
 namespace helio {
+
+const char* to_string(MemoryOwner owner) {
+  static constexpr const char* kNames[kMemoryOwners] = {
+      "scenes",  "devices", "uploads",  "films",      "light_vertices", "previews",
+      "display", "queues",  "pictures", "references", "checkpoints",    "other"};
+  return kNames[std::size_t(owner)];
+}
 
 Reservation& Reservation::operator=(Reservation&& other) noexcept {
   if (this != &other) {
     release();
     account_ = std::exchange(other.account_, nullptr);
     bytes_ = std::exchange(other.bytes_, 0);
+    owner_ = other.owner_;
   }
   return *this;
 }
 
 void Reservation::release() {
-  if (account_) account_->give_back(bytes_);
+  if (account_) account_->give_back(bytes_, owner_);
   account_ = nullptr;
   bytes_ = 0;
 }
 
-Result<Reservation> MemoryAccount::reserve(std::uint64_t bytes, const std::string& what) {
-  if (!take(bytes)) return refusal(bytes, what, bytes);
-  return Reservation(this, bytes);
+Result<Reservation> MemoryAccount::reserve(std::uint64_t bytes, const std::string& what, MemoryOwner owner) {
+  if (!take(bytes, owner)) return refusal(bytes, what, bytes);
+  return Reservation(this, bytes, owner);
 }
 
-Result<Reservation> MemoryAccount::reserve_with_room(std::uint64_t bytes, const std::string& what) {
-  if (!obtain(bytes)) return refusal(bytes, what, bytes);
-  return Reservation(this, bytes);
+Result<Reservation> MemoryAccount::reserve_with_room(std::uint64_t bytes, const std::string& what, MemoryOwner owner) {
+  if (!obtain(bytes, owner)) return refusal(bytes, what, bytes);
+  return Reservation(this, bytes, owner);
 }
 
 std::uint64_t MemoryAccount::obtainable() const {
@@ -48,28 +57,37 @@ std::uint64_t MemoryAccount::peak() const {
   return peak_;
 }
 
-bool MemoryAccount::take(std::uint64_t bytes) noexcept {
+std::array<std::uint64_t, kMemoryOwners> MemoryAccount::used_by_owner() const {
+  const std::lock_guard lock(mutex_);
+  return by_owner_;
+}
+
+bool MemoryAccount::take(std::uint64_t bytes, MemoryOwner owner) noexcept {
   const std::lock_guard lock(mutex_);
   if (bytes > limit_ - used_) return false;
   used_ += bytes;
+  by_owner_[std::size_t(owner)] += bytes;
   peak_ = std::max(peak_, used_);
   return true;
 }
 
-bool MemoryAccount::obtain(std::uint64_t bytes) {
-  while (!take(bytes)) {
+bool MemoryAccount::obtain(std::uint64_t bytes, MemoryOwner owner) {
+  while (!take(bytes, owner)) {
     if (!room_ || bytes > limit_ || !room_->make_room(bytes)) return false;
   }
   return true;
 }
 
-void MemoryAccount::give_back(std::uint64_t bytes) noexcept {
+void MemoryAccount::give_back(std::uint64_t bytes, MemoryOwner owner) noexcept {
   const std::lock_guard lock(mutex_);
   used_ -= bytes;
+  by_owner_[std::size_t(owner)] -= bytes;
 }
 
 // What is larger than the limit never fits.
 Error MemoryAccount::refusal(std::uint64_t bytes, const std::string& what, std::uint64_t in_all) const {
+  refusals_.fetch_add(1, std::memory_order_relaxed);
+  spdlog::info("memory refused for={} bytes={} left={} limit={}", logged(what), bytes, available(), limit_);
   return {ErrorCode::resource_exhausted,
           fmt::format("max_memory: {} bytes are needed for {}, {} of {} are left", bytes, what, available(), limit_),
           {},
@@ -78,7 +96,7 @@ Error MemoryAccount::refusal(std::uint64_t bytes, const std::string& what, std::
 
 bool GrowingReservation::grow(std::uint64_t bytes) noexcept {
   try {
-    if (!account_.obtain(bytes)) return false;
+    if (!account_.obtain(bytes, owner_)) return false;
   } catch (const std::exception&) {
     return false;  // no memory even to make room with
   }
@@ -91,7 +109,7 @@ void GrowingReservation::shrink(std::uint64_t bytes) noexcept {
   const std::lock_guard lock(mutex_);
   bytes = std::min(bytes, held_);
   held_ -= bytes;
-  account_.give_back(bytes);
+  account_.give_back(bytes, owner_);
 }
 
 std::uint64_t GrowingReservation::held() const {
@@ -107,11 +125,11 @@ Result<Reservation> GrowingReservation::split(std::uint64_t bytes, const std::st
   const std::lock_guard lock(mutex_);
   if (bytes > held_) {
     const std::uint64_t missing = bytes - held_;
-    if (!account_.take(missing)) return account_.refusal(missing, what, bytes);
+    if (!account_.take(missing, owner_)) return account_.refusal(missing, what, bytes);
     held_ += missing;
   }
   held_ -= bytes;
-  return Reservation(&account_, bytes);
+  return Reservation(&account_, bytes, owner_);
 }
 
 }  // namespace helio

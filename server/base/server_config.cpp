@@ -87,7 +87,7 @@ std::vector<ConfigOption> make_options() {
          return c.listen = t, address ? std::string() : address.error().message;
        },
        [](const Config& c) { return c.listen; }},
-      {"http", "HOST:PORT to serve the viewer's page on, port 0: any free one; empty: no page", false,
+      {"http", "HOST:PORT to serve the viewer's page, health and metrics on, port 0: any free one; empty: none", false,
        [](Config& c, Text t) {
          const auto address = parse_listen_address(t);
          return c.http = t, t.empty() || address ? std::string() : address.error().message;
@@ -232,6 +232,11 @@ std::vector<ConfigOption> make_options() {
          return read_name(t, {"trace", "debug", "info", "warn", "error", "off"}, c.log_level);
        },
        [](const Config& c) { return c.log_level; }},
+      {"log-format", "text, or json: each line of the log is a JSON object", false,
+       [](Config& c, Text t) {
+         return read_name(t, {"text", "json"}, c.log_format);
+       },
+       [](const Config& c) { return c.log_format; }},
   };
 }
 

@@ -54,6 +54,7 @@ struct ServerConfig {
   std::string oidn_library;        // Open Image Denoise's, a file or a name for the dynamic linker; empty: none
   bool vulkan_devices = false;     // --devices names vulkan: pictures may be rendered on Vulkan devices
   std::string log_level = "info";  // trace, debug, info, warn, error, off
+  std::string log_format = "text";  // text, json
 };
 
 inline constexpr char kOwnState[] = "auto";

@@ -63,7 +63,8 @@ Result<std::shared_ptr<const ReferencePicture>> render_reference(
   auto reference = std::make_shared<ReferencePicture>();
   reference->id = rendered_reference_id(*scene, view, request);
   const int width = request.settings.width, height = request.settings.height;
-  auto memory = resources.memory.reserve_with_room(picture_bytes(width, height, 3), "a reference");
+  auto memory = resources.memory.reserve_with_room(picture_bytes(width, height, 3), "a reference",
+                                                   MemoryOwner::references);
   if (!memory) return memory.error();
   reference->memory = std::move(*memory);
   reference->mean = Picture(width, height);

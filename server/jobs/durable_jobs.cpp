@@ -6,11 +6,13 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <new>
 #include <utility>
 
 #include "renderer/base/clock.h"
 #include "renderer/base/unix_time.h"
 #include "server/base/guarded.h"
+#include "server/base/log_format.h"
 #include "server/base/retry.h"
 #include "server/jobs/job_messages.h"
 #include "server/sessions/session_registry.h"
@@ -122,6 +124,7 @@ Status DurableJobs::take_up() {
         change.reason = "the daemon ended while it ran";
         const auto changed = table_->change(job.id, change);
         if (!changed) return changed.error();
+        note_change(*changed, {});
         if (is_final(changed->state)) {
           checkpoints_.remove(job.id);
           continue;
@@ -168,6 +171,7 @@ Result<pb::SubmitJobResponse> DurableJobs::submit(const pb::SubmitJobRequest& as
   record.views = std::uint32_t(plan.views.size());
   if (const Status held = scenes_.hold(*planned->scene, record.id); !held.ok()) return held.error();
   auto submitted = table_->submit(record, core_.config.max_queued_jobs, by);
+  note_state(submitted ? ok_status() : Status(submitted.error()));
   if (!submitted || submitted->already_there) scenes_.release(record.id);
   if (!submitted) return submitted.error();
   wake();
@@ -179,9 +183,9 @@ Result<pb::SubmitJobResponse> DurableJobs::submit(const pb::SubmitJobRequest& as
   response.mutable_unsampled()->Add(notices.unsampled.begin(), notices.unsampled.end());
   response.mutable_notices()->Add(notices.notices.begin(), notices.notices.end());
   if (!submitted->already_there) {
-    spdlog::info("job submitted id={} scene={} size={}x{} views={} priority={}", record.id,
-                 record.scene_id.substr(0, 12), plan.settings.width, plan.settings.height, record.views,
-                 record.priority);
+    spdlog::info("job submitted job={} name={} scene={} size={}x{} views={} priority={} by={}", record.id,
+                 logged(record.name), record.scene_id.substr(0, 12), plan.settings.width, plan.settings.height,
+                 record.views, record.priority, logged(by));
   }
   return response;
 }
@@ -252,6 +256,48 @@ pb::Job DurableJobs::describe(const JobRecord& record) const {
   return job;
 }
 
+void DurableJobs::on_state(std::function<void(const Status&)> told) {
+  const std::lock_guard lock(state_mutex_);
+  told_ = std::move(told);
+}
+
+void DurableJobs::note_state(const Status& written) noexcept {
+  const bool ok = written.ok();
+  if (!ok && written.error().code != ErrorCode::unavailable && written.error().code != ErrorCode::internal) return;
+  if (ok && takes_changes_) return;
+  const std::lock_guard lock(state_mutex_);
+  if (takes_changes_.exchange(ok) == ok) return;
+  if (!ok) {
+    const std::lock_guard scheduler(mutex_);
+    look_again_s_ = std::min(look_again_s_, now_s() + kTryAgainSeconds);
+    changed_.notify_all();
+  }
+  try {
+    if (ok) {
+      spdlog::info("the state folder takes changes again folder={}", logged(folder_.path()));
+    } else {
+      spdlog::error("the state folder takes no changes folder={} error={}", logged(folder_.path()),
+                    logged(written.error().to_string()));
+    }
+    if (told_) told_(written);
+  } catch (const std::bad_alloc&) {  // the next change is told
+  }
+}
+
+void DurableJobs::note_change(const JobRecord& job, const std::string& by) noexcept {
+  if (job.state == JobState::succeeded) core_.counters.jobs_succeeded.add();
+  if (job.state == JobState::failed) core_.counters.jobs_failed.add();
+  if (job.state == JobState::canceled) core_.counters.jobs_canceled.add();
+  try {
+    std::string line = fmt::format("job {} job={} attempt={}", to_word(job.state), job.id, job.attempt);
+    if (is_final(job.state) && job.started_s > 0) line += fmt::format(" seconds={:.3f}", job.ended_s - job.started_s);
+    if (!by.empty()) line += " by=" + logged(by);
+    if (!job.reason.empty()) line += " reason=" + logged(job.reason);
+    spdlog::info("{}", line);
+  } catch (const std::bad_alloc&) {  // the line is lost, and the job goes its way
+  }
+}
+
 void DurableJobs::ask(const std::string& id, JobAttempt::Request request, const std::string& by) {
   const std::lock_guard lock(mutex_);
   const auto found = running_.find(id);
@@ -273,6 +319,7 @@ Result<JobRecord> DurableJobs::stop_job(const std::string& id, JobState to, cons
         const auto now = table_->get(id);
         if (now && now->state != record->state) continue;
       }
+      if (changed) note_change(*changed, by);
       if (changed && is_final(to)) come_to_end(id);
       return changed;
     }
@@ -302,6 +349,7 @@ Result<pb::Job> DurableJobs::resume(const std::string& id, const std::string& by
   change.by = by;
   const auto record = table_->change(id, change);
   if (!record) return record.error();
+  note_change(*record, by);
   wake();
   return describe(*record);
 }
@@ -394,6 +442,7 @@ void DurableJobs::schedule() {
     over.clear();
     const Status done = guarded([&] {
       if (now >= forget_at_s_) forget_old();
+      if (!takes_changes_) note_state(table_->probe());
       while (begin && begin_next()) {
       }
       return ok_status();
@@ -401,9 +450,10 @@ void DurableJobs::schedule() {
     lock.lock();
     beginning_ = false;
     if (!done.ok()) {
-      spdlog::error("no job could be begun: {}", done.error().to_string());
+      spdlog::error("no job could be begun error={}", logged(done.error().to_string()));
       look_again_s_ = now_s() + kTryAgainSeconds;
     }
+    if (!takes_changes_) look_again_s_ = std::min(look_again_s_, now_s() + kTryAgainSeconds);
     changed_.notify_all();
   }
 }
@@ -411,7 +461,7 @@ void DurableJobs::schedule() {
 void DurableJobs::forget_old() {
   forget_at_s_ = now_s() + kForgetSeconds;
   const auto ids = table_->forget_ended_before(unix_time_s() - core_.config.keep_jobs_days * 86400);
-  if (!ids) return spdlog::warn("old jobs could not be forgotten: {}", ids.error().to_string());
+  if (!ids) return spdlog::warn("old jobs could not be forgotten error={}", logged(ids.error().to_string()));
   for (const std::string& id : *ids) {
     come_to_end(id);
     std::error_code error;
@@ -430,7 +480,7 @@ bool DurableJobs::begin_next() {
   }
   const auto next = table_->next_queued(except);
   if (!next) {
-    spdlog::error("the next job is not known: {}", next.error().to_string());
+    spdlog::error("the next job is not known error={}", logged(next.error().to_string()));
     const std::lock_guard lock(mutex_);
     look_again_s_ = now_s() + kTryAgainSeconds;
     return false;
@@ -446,10 +496,11 @@ bool DurableJobs::begin_next() {
   // That of the views that are done stays.
   if ((*next)->views_done == 0) change.build = rendering_build(request.job().settings().device());
   auto record = table_->change((*next)->id, change);
+  note_state(record ? ok_status() : Status(record.error()));
   if (!record) {
     core_.jobs.remove(*place);
     if (record.error().code == ErrorCode::failed_precondition) return true;  // it was paused or cancelled
-    spdlog::error("job {} cannot begin: {}", (*next)->id, record.error().to_string());
+    spdlog::error("job cannot begin job={} error={}", (*next)->id, logged(record.error().to_string()));
     const std::lock_guard lock(mutex_);
     due_ = false;  // the place that was given back is no reason to look again at once
     look_again_s_ = now_s() + kTryAgainSeconds;
@@ -468,7 +519,7 @@ bool DurableJobs::begin_next() {
     });
     if (made.ok() && draining_) running.attempt->ask(JobAttempt::Request::suspend, {});
     if (!made.ok()) {
-      spdlog::error("job {} cannot begin: {}", id, made.error().to_string());
+      spdlog::error("job cannot begin job={} error={}", id, logged(made.error().to_string()));
       running_.erase(id);
       look_again_s_ = now_s() + kTryAgainSeconds;
     }
@@ -481,7 +532,7 @@ bool DurableJobs::begin_next() {
     (void)table_->change(id, back);
     return false;
   }
-  spdlog::info("job begun id={} attempt={}", id, (*next)->attempt + 1);
+  spdlog::info("job begun job={} attempt={}", id, (*next)->attempt + 1);
   // Who asked for an end before the attempt was there has left it in the table.
   const auto asked = table_->get(id);
   if (asked && asked->target == JobState::paused) ask(id, JobAttempt::Request::pause, asked->target_by);
@@ -494,12 +545,13 @@ void DurableJobs::attempt_over(const std::string& id, const JobAttempt::Outcome&
   std::optional<JobState> state;  // that was written
   for (;;) {
     const auto changed = table_->change(id, outcome.change);
+    note_state(changed ? ok_status() : Status(changed.error()));
     if (changed) {
       state = changed->state;
-      spdlog::info("job {} id={} {}", to_string(changed->state), id, changed->reason);
+      note_change(*changed, outcome.change.by);
       break;
     }
-    spdlog::error("job {}: its state cannot be written: {}", id, changed.error().to_string());
+    spdlog::error("job's state cannot be written job={} error={}", id, logged(changed.error().to_string()));
     const ErrorCode code = changed.error().code;
     if (code == ErrorCode::not_found || code == ErrorCode::failed_precondition) break;
     std::unique_lock lock(mutex_);

@@ -64,6 +64,12 @@ class DurableJobs {
   // An upload's files are kept, for jobs that may use its scene. Returns what is to be told in the log; empty: nothing.
   std::string keep_upload(const SceneBundle& bundle);
 
+  // `told` is called when the state folder takes no more changes (full, read-only, locked), with the reason, and when it
+  // takes some again, which is tried each second; on the thread that has found out. To be set before begin(). Empty:
+  // from the return on nobody is told.
+  void on_state(std::function<void(const Status& state)> told);
+  bool takes_changes() const { return takes_changes_; }
+
   // Nothing begins any more; what runs takes a checkpoint and goes back into the queue. False: something still runs at
   // that time (now_s() clock).
   bool drain(double deadline_s);
@@ -93,6 +99,10 @@ class DurableJobs {
   Result<JobRecord> stop_job(const std::string& id, JobState to, const std::string& by);
   void come_to_end(const std::string& id);
   void wake();
+  // For the log and the metrics. by: who asked for it; empty: the job came there by itself.
+  void note_change(const JobRecord& job, const std::string& by) noexcept;
+  // How a write to the table went; errors that are not the folder's do not count.
+  void note_state(const Status& written) noexcept;
   void tell();
   void ask(const std::string& id, JobAttempt::Request request, const std::string& by);
 
@@ -111,6 +121,10 @@ class DurableJobs {
   std::atomic<bool> closed_ = false;
   mutable std::mutex listeners_mutex_;
   std::vector<std::weak_ptr<const std::function<void()>>> listeners_;
+
+  std::mutex state_mutex_;  // of the two below; taken before mutex_
+  std::function<void(const Status&)> told_;
+  std::atomic<bool> takes_changes_ = true;
 
   mutable std::mutex mutex_;  // of the rest
   std::condition_variable changed_;

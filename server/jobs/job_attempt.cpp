@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "renderer/base/clock.h"
 #include "renderer/base/unix_time.h"
 #include "renderer/codec/atomic_file.h"
 #include "server/base/build_info.h"
@@ -159,6 +160,8 @@ Result<SceneLease> JobAttempt::load_again() {
                              recipe->loaded_id.substr(0, 12)),
                  "scene_id"};
   }
+  spdlog::info("scene loaded for a job scene={} job={} triangles={} load_s={:.3f}", scene->id.substr(0, 12), record_.id,
+               scene->snapshot->stats().triangles, scene->load_seconds);
   if (recipe->changes.empty()) return scene;
   const auto edited = core.scenes.change(scene, recipe->changes, loading_);
   if (!edited) return edited.error();
@@ -176,6 +179,7 @@ Status JobAttempt::begin_rendering() {
   if (can_checkpoint(plan.settings)) {
     checkpoints.emplace();
     checkpoints->interval_s = stores_.checkpoint_interval_s;
+    checkpoints->paused = [&pause = stores_.core.counters.checkpoints.pause](double s) { pause.observe(s); };
     checkpoints->keep = [signals = signals_](std::shared_ptr<const PictureCheckpoint> checkpoint) {
       const std::lock_guard lock(signals->mutex);
       signals->checkpoint = std::move(checkpoint);
@@ -209,7 +213,7 @@ Result<JobAttempt::Resumed> JobAttempt::find_checkpoint(std::uint32_t view) {
   const JobPlan& plan = planned_->plan;
   const std::uint64_t file = std::uint64_t(plan.settings.rendered_region().area()) * plan.format.planes() * 8;
   const std::uint64_t most = std::max(checkpoint_bytes(plan.settings), file) + kHeaderBytes;
-  auto memory = stores_.core.memory.reserve_with_room(most, "the checkpoint of a job");
+  auto memory = stores_.core.memory.reserve_with_room(most, "the checkpoint of a job", MemoryOwner::checkpoints);
   if (!memory) return memory.error();
   auto newest = stores_.checkpoints.read(record_.id, most);
   for (;;) {
@@ -321,7 +325,7 @@ std::variant<FrameEnd, JobAttempt::Outcome> JobAttempt::wait_for_end(std::uint32
 // For the log, and for whoever reads how the attempt ended.
 void JobAttempt::note(const std::string& text) {
   constexpr std::size_t kMostNotes = 4;
-  spdlog::warn("job {}: {}", record_.id, text);
+  spdlog::warn("{} job={}", text, record_.id);
   if (notes_.size() < kMostNotes && std::find(notes_.begin(), notes_.end(), text) == notes_.end())
     notes_.push_back(text);
 }
@@ -329,10 +333,14 @@ void JobAttempt::note(const std::string& text) {
 void JobAttempt::write_checkpoint(std::uint32_t view, const PictureCheckpoint& checkpoint) {
   const CheckpointHeader header{view, build_, same_bits_, std::nullopt};
   const std::span<const std::uint8_t> body[] = {checkpoint.encode()};
+  CheckpointCounters& counters = stores_.core.counters.checkpoints;
+  const double began = now_s();
   const Status written = stores_.checkpoints.write(record_.id, header.write(), body);
   if (written.ok()) {
+    counters.write.observe(now_s() - began);
     checkpoint_s_ = unix_time_s();
   } else {
+    counters.failures.add();
     note("a checkpoint was not written: " + written.error().to_string());
   }
 }

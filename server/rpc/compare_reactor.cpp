@@ -13,6 +13,7 @@
 #include "server/base/arena_message.h"
 #include "server/base/grpc_status.h"
 #include "server/base/guarded.h"
+#include "server/base/log_format.h"
 #include "server/base/parse_message.h"
 #include "server/compare/comparison.h"
 #include "server/stream/convert.h"
@@ -125,14 +126,16 @@ Status CompareReactor::start(CompareCore& compare, grpc::CallbackServerContext& 
     greeted->get_future().wait();
     const Status ran = guarded(
         [&] { return task->comparison.run(*call->cancel, [&](const auto& message) { return call->send(message); }); });
-    spdlog::info("{} over: {}", name, ran.ok() ? "complete" : ran.error().to_string());
+    spdlog::info("comparison over comparison={} outcome={}", name,
+                 ran.ok() ? "complete" : logged(ran.error().to_string()));
     const bool drained = !ran.ok() && ran.error().code == ErrorCode::cancelled && core.draining;
     call->finish(drained ? to_grpc_status(core.check_accepting()) : ran.ok() ? grpc::Status::OK : to_grpc_status(ran));
   });
   if (!place) return place.error();
   accepted.mutable_accepted()->set_waits_for(std::uint32_t(*place));
-  spdlog::info("{} accepted scene={} modes={} units={}", name, snapshot->id.substr(0, 12),
-               accepted.accepted().modes_size(), accepted.accepted().units());
+  spdlog::info("comparison accepted comparison={} scene={} modes={} units={} peer={}", name,
+               snapshot->id.substr(0, 12), accepted.accepted().modes_size(), accepted.accepted().units(),
+               logged(context.peer()));
   call->send(accepted);
   greeted->set_value();
   return ok_status();

@@ -43,7 +43,7 @@ Status EditSceneReactor::start(grpc::CallbackServerContext& context, grpc::ByteB
       const auto edit = core.scenes.edit(scene, *edits, outcome->cancel);
       if (!edit) return edit.error();
       const LoadedScene& edited = *edit->scene;
-      spdlog::info("scene {} id={} from={} own_bytes={} build_s={:.3f}",
+      spdlog::info("scene {} scene={} from={} own_bytes={} build_s={:.3f}",
                    edit->already_loaded ? "already edited" : "edited", edited.id.substr(0, 12), scene->id.substr(0, 12),
                    edited.snapshot->stats().own_bytes, edited.snapshot->stats().build_seconds);
       return to_edit_response(edited, edit->already_loaded);

@@ -25,7 +25,8 @@ Error out_of_order(std::string message) {
 FrameStreamReactor::FrameStreamReactor(ServiceCore& core) : core_(core) {
   stream_ = std::make_shared<OutboundStream>(
       static_cast<OutboundStream::Call&>(*this),
-      [this](Outbound message) { return to_stream_response(std::move(message), session_id_); }, core.timers);
+      [this](Outbound message) { return to_stream_response(std::move(message), session_id_); }, core.timers,
+      &core.counters.streams);
   if (const Status accepting = core.check_accepting(); !accepting.ok()) {
     end(to_grpc_status(accepting));
   } else {
@@ -171,7 +172,7 @@ bool FrameStreamReactor::handle(const pb::StreamRequest& request) {
     case pb::StreamRequest::kClose:
       if (request.close().close_session()) {
         (void)core_.sessions.close(session_id_, "session_id", grpc::Status::OK);
-        spdlog::info("session closed id={}", session_id_);
+        spdlog::info("session closed session={}", session_id_);
       }
       end(grpc::Status::OK);
       return false;

@@ -5,9 +5,11 @@
 #include <string>
 #include <variant>
 
+#include "renderer/base/clock.h"
 #include "server/base/arena_message.h"
 #include "server/base/grpc_status.h"
 #include "server/base/guarded.h"
+#include "server/base/log_format.h"
 #include "server/base/parse_message.h"
 #include "server/jobs/job_plan.h"
 #include "server/stream/convert.h"
@@ -16,10 +18,10 @@
 
 namespace helio {
 JobReactor::JobReactor(ServiceCore& core, grpc::CallbackServerContext& context, const grpc::ByteBuffer& request)
-    : core_(core) {
+    : core_(core), began_s_(now_s()) {
   stream_ = std::make_shared<OutboundStream>(
       static_cast<OutboundStream::Call&>(*this), [this](Outbound message) { return encode(std::move(message)); },
-      core.timers);
+      core.timers, &core.counters.streams);
   start_later(context, request);
 }
 
@@ -92,8 +94,9 @@ Status JobReactor::start(grpc::CallbackServerContext& context, const pb::RunJobR
   stream_->push(Greeting{greeting.SerializeAsString()});
   job->start_view();
   rendering_of_job.report_progress(stream_);
-  spdlog::info("job accepted id={} scene={} size={}x{} views={}", job_id_, rendering_of_job.scene().id.substr(0, 12),
-               settings.width, settings.height, job->views().size());
+  spdlog::info("job accepted job={} scene={} size={}x{} views={} peer={}", job_id_,
+               rendering_of_job.scene().id.substr(0, 12), settings.width, settings.height, job->views().size(),
+               logged(context.peer()));
   return ok_status();
 }
 
@@ -106,6 +109,7 @@ grpc::ByteBuffer JobReactor::encode(Outbound message) {
   const bool last = views_done_ + 1 == job->views().size();
   if (!last && job->stopped()) reason = FrameEndReason::cancelled;  // the view, not the job, has come to its end
   result_sent_ = last || reason == FrameEndReason::cancelled || reason == FrameEndReason::failed;
+  if (result_sent_) reason_ = reason;
   grpc::ByteBuffer result =
       to_job_result(*report, job_id_, views_done_++, result_sent_, job->rendering().loop().invalid_samples());
   (result_sent_ ? end_due_ : view_due_) = true;
@@ -141,7 +145,7 @@ void JobReactor::release_job() {
   }
   if (job) {
     job->rendering().publisher().detach(stream_.get());
-    spdlog::info("job over id={}", job_id_);
+    spdlog::info("job over job={} reason={} seconds={:.3f}", job_id_, to_string(reason_.load()), now_s() - began_s_);
   }
   if (!job_id_.empty()) core_.jobs.remove(job_id_);
 }

@@ -47,6 +47,8 @@ class JobReactor final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
   std::uint32_t views_done_ = 0;  // encode()'s alone
   bool result_sent_ = false;      // encode()'s alone
   std::atomic<bool> view_due_ = false, end_due_ = false;
+  const double began_s_;                                              // now_s()
+  std::atomic<FrameEndReason> reason_{FrameEndReason::cancelled};  // of its end
 };
 
 }  // namespace helio

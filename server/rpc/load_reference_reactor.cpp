@@ -106,7 +106,8 @@ Status LoadReferenceReactor::begin(const pb::LoadReferenceRequest::Begin& begin)
                              compare_.references.limit()),
                  {}};
   }
-  auto memory = compare_.core.memory.reserve_with_room(begin.bytes(), "the upload of a reference");
+  auto memory =
+      compare_.core.memory.reserve_with_room(begin.bytes(), "the upload of a reference", MemoryOwner::uploads);
   if (!memory) return memory.error();
   upload_ = std::make_shared<Upload>();
   upload_->expected = begin.bytes();

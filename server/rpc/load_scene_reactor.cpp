@@ -2,7 +2,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -11,6 +10,7 @@
 #include "server/base/arena_message.h"
 #include "server/base/grpc_status.h"
 #include "server/base/guarded.h"
+#include "server/base/log_format.h"
 #include "server/base/parse_message.h"
 #include "server/base/read_enum.h"
 #include "server/base/retry.h"
@@ -23,13 +23,13 @@ namespace {
 
 constexpr std::size_t kMaxEnvironment = 4096;
 constexpr std::size_t kMaxAnimation = 4096;
+constexpr std::size_t kMostLogged = 300;  // bytes of a name or an error
 
-// For the log: what a file contains may not start lines of its own there.
-std::string one_line(std::string text) {
-  text.resize(std::min<std::size_t>(text.size(), 300));
-  std::replace_if(
-      text.begin(), text.end(), [](unsigned char c) { return c < ' '; }, ' ');
-  return text;
+// For the log.
+std::string name_of(const SceneRequest& request) {
+  const auto* bundle = std::get_if<SceneBundle>(&request.files);
+  const std::string& name = bundle ? bundle->main_file : std::get<std::string>(request.files);
+  return logged(std::string_view(name).substr(0, kMostLogged));
 }
 
 Error out_of_order(const char* message, const char* where) {
@@ -163,14 +163,16 @@ Status LoadSceneReactor::submit() {
       if (const auto* bundle = std::get_if<SceneBundle>(&request->files); bundle && core.keep_upload) {
         if (const std::string told = core.keep_upload(*bundle); !told.empty()) spdlog::warn("{}", told);
       }
+      const std::string file = name_of(*request);
       const auto outcome = core.scenes.load(std::move(*request), shared->cancel);
       if (!outcome) {
-        spdlog::info("scene refused: {}", one_line(outcome.error().to_string()));
+        spdlog::info("scene refused file={} error={}", file,
+                     logged(std::string_view(outcome.error().to_string()).substr(0, kMostLogged)));
         return outcome.error();
       }
       const LoadedScene& scene = *outcome->scene;
-      spdlog::info("scene {} id={} triangles={} load_s={:.3f} build_s={:.3f}",
-                   outcome->already_loaded ? "already loaded" : "loaded", scene.id.substr(0, 12),
+      spdlog::info("scene {} scene={} file={} triangles={} load_s={:.3f} build_s={:.3f}",
+                   outcome->already_loaded ? "already loaded" : "loaded", scene.id.substr(0, 12), file,
                    scene.snapshot->stats().triangles, scene.load_seconds, scene.snapshot->stats().build_seconds);
       return to_load_response(scene, outcome->already_loaded);
     });

@@ -11,6 +11,7 @@
 #include "server/base/build_info.h"
 #include "server/base/grpc_status.h"
 #include "server/base/guarded.h"
+#include "server/base/log_format.h"
 #include "server/base/parse_message.h"
 #include "server/rpc/compare_reactor.h"
 #include "server/rpc/edit_scene_reactor.h"
@@ -142,7 +143,8 @@ auto with_job(const std::string& id, const Method& method) -> decltype(method())
   return method();
 }
 
-Result<pb::CreateSessionResponse> create_session(ServiceCore& core, const pb::CreateSessionRequest& request) {
+Result<pb::CreateSessionResponse> create_session(ServiceCore& core, const pb::CreateSessionRequest& request,
+                                                 const std::string& peer) {
   if (const Status accepting = core.check_accepting(); !accepting.ok()) return accepting.error();
   Problems problems;
   check_id(request.scene_id(), "scene_id", problems);
@@ -163,8 +165,8 @@ Result<pb::CreateSessionResponse> create_session(ServiceCore& core, const pb::Cr
   auto session =
       core.sessions.create(core.resources(), std::move(*scene), settings, budget, grace_s, core.render_limits());
   if (!session) return session.error();
-  spdlog::info("session created id={} scene={} size={}x{}", (*session)->id(), request.scene_id().substr(0, 12),
-               settings.width, settings.height);
+  spdlog::info("session created session={} scene={} size={}x{} peer={}", (*session)->id(),
+               request.scene_id().substr(0, 12), settings.width, settings.height, logged(peer));
   pb::CreateSessionResponse response;
   response.set_session_id((*session)->id());
   *response.mutable_settings() = to_message(settings);
@@ -313,6 +315,7 @@ grpc::ServerUnaryReactor* RenderService::UnloadScene(grpc::CallbackServerContext
         check_id(unload.scene_id(), "scene_id", problems);
         if (!problems.empty()) return problems.to_error();
         if (const Status done = core_.scenes.unload(unload.scene_id(), "scene_id"); !done.ok()) return done.error();
+        spdlog::info("scene unloaded scene={}", unload.scene_id().substr(0, 12));
         return pb::UnloadSceneResponse();
       });
 }
@@ -347,7 +350,9 @@ grpc::ServerUnaryReactor* RenderService::CreateSession(grpc::CallbackServerConte
   if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
   return answer_later<pb::CreateSessionRequest>(
       core_, context, request, response,
-      [this](const pb::CreateSessionRequest& create) { return create_session(core_, create); });
+      [this, peer = context->peer()](const pb::CreateSessionRequest& create) {
+        return create_session(core_, create, peer);
+      });
 }
 
 grpc::ServerUnaryReactor* RenderService::CloseSession(grpc::CallbackServerContext* context,
@@ -360,7 +365,7 @@ grpc::ServerUnaryReactor* RenderService::CloseSession(grpc::CallbackServerContex
         if (!problems.empty()) return problems.to_error();
         const Status done = core_.sessions.close(close.session_id(), "session_id", grpc::Status::OK);
         if (!done.ok()) return done.error();
-        spdlog::info("session closed id={}", close.session_id());
+        spdlog::info("session closed session={}", close.session_id());
         return pb::CloseSessionResponse();
       });
 }

@@ -13,7 +13,8 @@ namespace helio {
 WatchReactor::WatchReactor(ServiceCore& core, const grpc::ByteBuffer& request) {
   stream_ = std::make_shared<OutboundStream>(
       static_cast<OutboundStream::Call&>(*this),
-      [this](Outbound message) { return to_stream_response(std::move(message), session_id_); }, core.timers);
+      [this](Outbound message) { return to_stream_response(std::move(message), session_id_); }, core.timers,
+      &core.counters.streams);
   const Status started = guarded([&] { return start(request, core); });
   if (!started.ok()) stream_->finish(to_grpc_status(started));
 }

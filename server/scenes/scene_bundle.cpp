@@ -51,7 +51,7 @@ Status BundleReceiver::begin(const heliograph::v1::LoadSceneRequest::Begin& mess
                  fmt::format("{}; allowed: max_scene_bytes = {}", message.total_bytes(), max_scene_bytes_),
                  "begin.total_bytes"};
   }
-  auto memory = memory_.reserve_with_room(message.total_bytes(), "the uploaded bundle");
+  auto memory = memory_.reserve_with_room(message.total_bytes(), "the uploaded bundle", MemoryOwner::uploads);
   if (!memory) return memory.error();
   bundle_.memory = std::move(*memory);
   bundle_.main_file = message.main_file();

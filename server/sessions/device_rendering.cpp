@@ -120,7 +120,7 @@ Result<std::shared_ptr<const PlacedScene>> RenderDevices::place(const RenderDevi
   placed->name = "vulkan:" + std::to_string(info->index);
   const auto reserve = [&](std::uint64_t bytes) -> Status {
     placed->memory = {};
-    auto memory = memory_.reserve_with_room(bytes, "the scene on " + placed->name);
+    auto memory = memory_.reserve_with_room(bytes, "the scene on " + placed->name, MemoryOwner::devices);
     if (!memory) return std::move(memory).error();
     placed->memory = std::move(*memory);
     return ok_status();

@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <chrono>
 
 #include "renderer/base/clock.h"
@@ -89,6 +90,11 @@ void JobStore::cancel_all() {
     }
   }
   for (const auto& job : jobs) job->cancel();
+}
+
+std::size_t JobStore::of_calls() {
+  const std::lock_guard lock(mutex_);
+  return std::size_t(std::count_if(jobs_.begin(), jobs_.end(), [](const auto& entry) { return entry.second; }));
 }
 
 bool JobStore::wait_until_empty(double deadline_s) {

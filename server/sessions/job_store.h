@@ -57,6 +57,8 @@ class JobStore {
   // The job's stream ends with its result, reason CANCELLED. not_found.
   Status cancel(const std::string& id, const std::string& where);
   void cancel_all();
+  // Jobs that live as long as their calls.
+  std::size_t of_calls();
   // False when jobs are left at that time (now_s() clock).
   bool wait_until_empty(double deadline_s);
 

@@ -34,6 +34,7 @@ class RenderContext : public std::enable_shared_from_this<RenderContext>, privat
     Reaper& reaper;
     std::shared_ptr<const OidnLibrary> oidn = nullptr;  // null: there is none, and no channels may ask for it
     RenderDevices* devices = nullptr;                   // null: there is the CPU alone
+    StreamCounters* counters = nullptr;                 // null: nothing is counted
   };
 
   // Reserves and allocates the film, which for gigabytes takes seconds. `sink`: where frames go in place of a stream;

@@ -18,6 +18,7 @@
 #include "server/base/server_config.h"
 #include "server/base/task_thread.h"
 #include "server/base/timer_queue.h"
+#include "server/metrics/daemon_counters.h"
 #include "server/scenes/scene_registry.h"
 #include "server/sessions/device_rendering.h"
 #include "server/sessions/idle_room.h"
@@ -66,7 +67,7 @@ struct ServiceCore {
   }
 
   RenderLimits render_limits() const { return {config.max_film_side, config.max_film_pixels}; }
-  RenderContext::Resources resources() { return {engine, memory, timers, reaper, oidn, &devices}; }
+  RenderContext::Resources resources() { return {engine, memory, timers, reaper, oidn, &devices, &counters.streams}; }
   // For requests with this RenderSettings.device.
   TaskThread& thread_for(const std::string& device) { return device.empty() || device == "cpu" ? films : placer; }
   // For requests that switch the session's scene and leave its settings: the scene is placed on the session's device.
@@ -102,6 +103,7 @@ struct ServiceCore {
   std::function<std::string(const SceneBundle&)> keep_upload;
   const double started_s = now_s();
   std::atomic<bool> draining{false};
+  DaemonCounters counters;
 
   // In this order: what is named later uses what is named earlier, and is destroyed first.
   IdleRoom room{memory, reaper, scenes, sessions};

@@ -168,7 +168,7 @@ Status Session::attach(const std::shared_ptr<OutboundStream>& stream, const Tile
   format_ = format;
   if (before) {
     before->finish({grpc::StatusCode::ABORTED, "another stream took session '" + id_ + "' over"});
-    spdlog::info("session taken over id={}", id_);
+    spdlog::info("session taken over session={}", id_);
   }
   // The film is kept: its newest state is shown at once, and a frame that has not come to its end goes on.
   if (paused_ || channels_ != format.channels) {

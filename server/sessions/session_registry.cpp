@@ -113,7 +113,7 @@ bool SessionRegistry::end_idle(const std::shared_ptr<Session>& session) {
     const std::lock_guard lock(mutex_);
     sessions_.erase(session->id());
   }
-  spdlog::info("session ended to make room id={} idle_s={:.1f}", session->id(), idle_s);
+  spdlog::info("session ended to make room session={} idle_s={:.1f}", session->id(), idle_s);
   return true;
 }
 
@@ -150,7 +150,7 @@ void SessionRegistry::check_grace_later(const std::shared_ptr<Session>& session,
     const double left = session->grace_s() - session->idle_s();
     if (left > 0) return check_grace_later(session, std::max(left, 1e-3));
     if (close(session->id(), "", {grpc::StatusCode::NOT_FOUND, "the session's grace time is over"}).ok()) {
-      spdlog::info("session expired id={} grace_s={}", session->id(), session->grace_s());
+      spdlog::info("session expired session={} grace_s={}", session->id(), session->grace_s());
     }
   });
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <iterator>
 #include <limits>
 #include <mutex>
 
@@ -253,6 +254,13 @@ Result<std::unique_ptr<JobTable>> JobTable::open(const std::string& file, std::v
 
 void JobTable::on_events(std::function<void()> told) {
   state_->writer.on_noteworthy(std::move(told));
+}
+
+// The version of the schema is written again, to its page.
+Status JobTable::probe() {
+  const std::string statement = fmt::format("PRAGMA user_version = {}", std::size(kSteps));
+  return state_->writer.run(
+      [&](CommitGroup::Transaction& transaction) { return transaction.database.run(statement); });
 }
 
 Result<JobTable::Submitted> JobTable::submit(const JobRecord& job, int max_queued, const std::string& by) {

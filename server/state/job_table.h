@@ -123,6 +123,9 @@ class JobTable {
   // Forgets jobs that came to their end before this time, with events and results; answers their ids.
   Result<std::vector<std::string>> forget_ended_before(double unix_s);
 
+  // Writes to the disk and changes nothing: whether the table takes changes.
+  Status probe();
+
   // `told` is called after each commit that added events, on the committing thread, without any lock of the table. To
   // be set before the first change.
   void on_events(std::function<void()> told);

@@ -20,8 +20,9 @@ class FramePublisher final : public FrameSink {
   enum class Tiles { all, final_only };
   // Makes the token by which a sample of the frame can be traced again.
   using MakeToken = std::function<std::string(const FrameBegin& frame, const InvalidSample& sample)>;
-  explicit FramePublisher(Tiles tiles = Tiles::all, MakeToken make_token = {})
-      : tiles_(tiles), make_token_(std::move(make_token)) {}
+  // counters: of a session's pictures, which outlive this; null: how old pictures are is not measured.
+  explicit FramePublisher(Tiles tiles = Tiles::all, MakeToken make_token = {}, StreamCounters* counters = nullptr)
+      : tiles_(tiles), make_token_(std::move(make_token)), counters_(counters) {}
 
   // Where frames go from now on; returns the stream that they went to before. When a frame is in flight, the new
   // listener is told of its begin.
@@ -54,11 +55,12 @@ class FramePublisher final : public FrameSink {
 
   const Tiles tiles_;
   const MakeToken make_token_;
+  StreamCounters* const counters_;
 
   mutable std::mutex mutex_;
   std::shared_ptr<OutboundStream> stream_;
   TileFormat format_;
-  // The end of a preview is not that of its view, and ends no call.
+  // The end of a preview is not that of its view, and ends no call. changed_s: until the first tile has come.
   std::optional<FrameBegin> begin_;    // of the newest frame of the film
   std::optional<FrameEnd> end_;        // of the newest frame of the film that has ended
   std::optional<FrameBegin> preview_;  // that is being made

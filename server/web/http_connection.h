@@ -27,7 +27,10 @@ class HttpConnection final : public std::enable_shared_from_this<HttpConnection>
 
   void answer(Request request);
   void send_file(const Request& request, const PageFile& file);
-  void send_text(const Request& request, boost::beast::http::status status, std::string text);
+  void send_metrics(const Request& request);
+  void refuse_host(const Request& request);
+  void send_text(const Request& request, boost::beast::http::status status, std::string text,
+                 const char* type = "text/plain; charset=utf-8");
   template <class Body>
   void send(boost::beast::http::response<Body> response);
   void upgrade(Request request);

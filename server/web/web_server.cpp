@@ -54,6 +54,7 @@ class WebServer::Impl {
               calls_,
               std::chrono::milliseconds(std::int64_t(options.patience_s * 1000)),
               {},
+              {},
               stopping_,
               [this](const std::weak_ptr<WebSocket>& socket) { add(socket); }},
         acceptor_(io_),
@@ -104,14 +105,18 @@ class WebServer::Impl {
     return ok_status();
   }
 
-  void serve(std::shared_ptr<grpc::Channel> channel, std::function<bool()> ready) {
-    calls_.set_channel(std::move(channel));
-    site_.ready = std::move(ready);
+  void serve(Sources sources) {
+    site_.unready = std::move(sources.unready);
+    site_.metrics = std::move(sources.metrics);
     accept();
     thread_ = std::thread([this] {
       pthread_setname_np(pthread_self(), "http");
       run();
     });
+  }
+
+  void open(std::shared_ptr<grpc::Channel> channel) {
+    asio::post(io_, [this, channel = std::move(channel)] { calls_.set_channel(channel); });
   }
 
   const std::string& address() const { return address_; }
@@ -197,8 +202,12 @@ Result<std::unique_ptr<WebServer>> WebServer::listen(const Options& options) {
 WebServer::WebServer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 WebServer::~WebServer() = default;
 
-void WebServer::serve(std::shared_ptr<grpc::Channel> channel, std::function<bool()> ready) {
-  impl_->serve(std::move(channel), std::move(ready));
+void WebServer::serve(Sources sources) {
+  impl_->serve(std::move(sources));
+}
+
+void WebServer::open(std::shared_ptr<grpc::Channel> channel) {
+  impl_->open(std::move(channel));
 }
 
 const std::string& WebServer::address() const {

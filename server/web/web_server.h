@@ -23,11 +23,21 @@ class WebServer {
     // For each request from its first byte to its last, its answer, the time between two, and a WebSocket's hello.
     double patience_s = 15;
   };
+  // What the rest of the daemon answers.
+  struct Sources {
+    // Why no new work is taken, as a sentence; empty: it is. Called on the server's thread; null: it is.
+    std::function<std::string()> unready = {};
+    // Has the text of /metrics made, on a thread that may wait, and handed to `told` there. False: too many wait for it
+    // already. An empty text: there is none yet. Null: there never is.
+    std::function<bool(std::function<void(std::string text)> told)> metrics = {};
+  };
   // Browsers wait until serve(). Errors: invalid_argument (address, or one that others reach without tokens),
   // unavailable (in use). `where` is "http".
   static Result<std::unique_ptr<WebServer>> listen(const Options& options);
-  // `channel`: to the service, in process. `ready`: whether new work is taken; called on the server's thread. Once.
-  void serve(std::shared_ptr<grpc::Channel> channel, std::function<bool()> ready);
+  // Files, health and metrics from now on. Once.
+  void serve(Sources sources);
+  // WebSockets, too. `channel`: to the service, in process. After serve(), once.
+  void open(std::shared_ptr<grpc::Channel> channel);
   // Ends all connections. Returns once their calls are over.
   ~WebServer();
   WebServer(const WebServer&) = delete;

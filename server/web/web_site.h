@@ -4,6 +4,7 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <string>
 
 #include "server/base/access_tokens.h"
 #include "server/web/bridged_call.h"
@@ -21,7 +22,8 @@ struct WebSite {
   const AccessTokens& tokens;
   BridgedCalls& calls;
   const std::chrono::milliseconds patience;
-  std::function<bool()> ready;  // new work is taken
+  std::function<std::string()> unready;                            // as WebServer::Sources
+  std::function<bool(std::function<void(std::string)>)> metrics;
   const bool& stopping;         // no WebSocket may be opened any more
   std::function<void(const std::weak_ptr<WebSocket>&)> opened;
 };

@@ -80,7 +80,7 @@ void WebSocket::accept(Upgrade request) {
 
 void WebSocket::close(std::uint16_t code, std::string_view why) {
   if (closed_) return;
-  spdlog::debug("page closed code={} {}", code, why);
+  spdlog::debug("page closed: {} code={}", why, code);
   auto left = leaving_ ? std::move(leaving_->left) : nullptr;
   drop();
   socket_.async_close(make_reason(code, why),

@@ -188,7 +188,8 @@ TEST_F(WebServerTest, BoundsItsConnectionsAndTheirPatience) {
   options.patience_s = 0.3;
   auto web = WebServer::listen(options);
   ASSERT_TRUE(web.ok());
-  (*web)->serve(server_->in_process_channel(), [] { return true; });
+  (*web)->serve({});
+  (*web)->open(server_->in_process_channel());
   {
     WebPeer silent((*web)->address()), slow((*web)->address());
     slow.send("GET / HTTP/1.1\r\nHost: loc");
