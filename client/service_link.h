@@ -39,6 +39,7 @@ class ServiceLink {
         options_(std::move(options)) {}
 
   Stub& stub() const { return *stub_; }
+  const std::shared_ptr<grpc::Channel>& channel() const { return channel_; }
   const std::string& peer() const { return peer_; }
   const ConnectOptions& options() const { return options_; }
 

@@ -21,6 +21,7 @@ Command add_render(CLI::App& root);
 Command add_move(CLI::App& root);
 Command add_view(CLI::App& root);
 Command add_info(CLI::App& root);
+Command add_health(CLI::App& root);
 Command add_scene(CLI::App& root);
 Command add_replay(CLI::App& root);
 Command add_edit(CLI::App& root);

@@ -59,7 +59,7 @@ std::optional<std::string> read_address(const ConnectionOptions& options, Option
   if (by_variable) address = variable;
   if (!address) {
     if (options.needs_daemon && !options.server.given())
-      reader.problem(options.server, "is missing: the daemon that keeps the jobs (or the variable HELIOGRAPH_SERVER)");
+      reader.problem(options.server, "is missing: the daemon to ask (or the variable HELIOGRAPH_SERVER)");
     return std::nullopt;
   }
   const Status valid = validate_server_address(*address);

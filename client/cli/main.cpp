@@ -70,7 +70,8 @@ int run(int argc, char** argv) {
   const Command commands[] = {add_render(root),     add_move(root),    add_view(root),   add_serve(root),
                               add_info(root),       add_scene(root),   add_edit(root),   add_replay(root),
                               add_techniques(root), add_compare(root), add_submit(root), add_jobs(root),
-                              add_job(root),        add_top(root),     add_merge(root)};
+                              add_job(root),        add_top(root),     add_merge(root),
+                              add_health(root)};
   const std::string unknown = unknown_command(root, {argv + 1, argv + std::max(argc, 1)});
   if (!unknown.empty()) return Terminal(false).fail(kUsage, unknown);
   try {

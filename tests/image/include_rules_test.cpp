@@ -170,6 +170,8 @@ const std::map<std::string, Rule> kRules = {
      {{"renderer/base", "renderer/codec", "proto"},
       {"grpcpp/", kProtobuf + "descriptor.h", kProtobuf + "util/json_util.h", kProtobuf + "util/message_differencer.h",
        "nlohmann/json.hpp", "pugixml.hpp", "spdlog/fmt/fmt.h", "fcntl.h", "sys/file.h", "sys/stat.h", "unistd.h"}}},
+    // Whether a daemon takes new work.
+    {"client/health", {{"renderer/base", "client"}, {"grpcpp/", kProtobuf + "io/coded_stream.h"}}},
     // Jobs that the daemon keeps.
     {"client/jobs", {{"renderer/base", "renderer/codec", "client", "proto"}, {"grpcpp/", "spdlog/fmt/fmt.h"}}},
     // Parts of one picture, and what its file says about how it was made.
@@ -193,8 +195,8 @@ const std::map<std::string, Rule> kRules = {
     {"client/cli/presets",
      {{"renderer/base", "renderer/codec", "client", "client/report", "client/cli", "proto"}, {"spdlog/fmt/fmt.h"}}},
     {"client/cli/commands",
-     {{"renderer/base", "renderer/codec", "client", "client/report", "client/shards", "client/tev", "client/cli",
-       "client/cli/presets", "server/base", "server/app", "proto"},
+     {{"renderer/base", "renderer/codec", "client", "client/health", "client/report", "client/shards", "client/tev",
+       "client/cli", "client/cli/presets", "server/base", "server/app", "proto"},
       {kProtobuf + "util/json_util.h", kProtobuf + "util/message_differencer.h", "CLI/CLI.hpp", "spdlog/fmt/fmt.h",
        "spawn.h", "sys/stat.h", "sys/wait.h", "unistd.h"}}},
     {"client/cli/jobs",
