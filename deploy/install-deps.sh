@@ -26,10 +26,10 @@ packages=(
   openimageio-tools
 )
 # The tests read our files with exrheader and oiiotool, our manuals with groff, and the viewer in a browser, and trace
-# paths on Mesa's software device; the Python package is built by hatchling.
+# paths on Mesa's software device; the Python package is built by hatchling; systemd's tools look at our unit.
 test_packages=(chromium chromium-driver fonts-dejavu-core groff-base libgtest-dev libvulkan1 mesa-vulkan-drivers openexr
   python3-grpcio python3-hatchling python3-numpy python3-pip python3-protobuf python3-pytest python3-selenium python3-tqdm
-  python3-venv spirv-tools vulkan-validationlayers)
+  python3-venv python3-yaml spirv-tools systemd vulkan-validationlayers)
 fuzz_packages=(clang libclang-rt-dev)
 package_packages=(dpkg-dev file)
 bench_packages=(blender python3-numpy python3-venv libllvm19)
