@@ -16,6 +16,7 @@
 
 #include "renderer/base/clock.h"
 #include "renderer/trace/accel/traversal_isa.h"
+#include "server/base/grpc_status.h"
 #include "server/base/listen_address.h"
 #include "server/jobs/durable_jobs.h"
 #include "server/rpc/render_service.h"
@@ -25,8 +26,9 @@ namespace helio {
 namespace {
 
 constexpr int kMaxReceivedMessage = 4 << 20;
-// For calls that nobody ends, such as a health watch, once all work is done.
-constexpr double kLastCallsSeconds = 0.3;
+// Once all work is done, for clients that take their last messages slowly, and for calls that nobody ends, such as a
+// health watch.
+constexpr double kLastCallsSeconds = 2;
 // How long a drain may last beyond its grace. A connection whose peer takes no bytes closes only when the keepalive
 // timeout is over.
 constexpr double kOvertimeSeconds = 0.5;
@@ -177,6 +179,10 @@ std::shared_ptr<grpc::Channel> Server::in_process_channel() {
   return impl_->server->InProcessChannel(arguments);
 }
 
+std::uint64_t Server::memory_used() const {
+  return impl_->core.memory.used();
+}
+
 bool Server::drain(double grace_s) {
   const std::lock_guard lock(impl_->draining);
   ServiceCore& core = impl_->core;
@@ -190,7 +196,8 @@ bool Server::drain(double grace_s) {
   const double deadline = now_s() + grace_s;
   core.draining = true;
   impl_->server->GetHealthCheckService()->SetServingStatus(false);
-  const grpc::Status status(grpc::StatusCode::UNAVAILABLE, "the daemon is draining");
+  core.open_calls.end_all();
+  const grpc::Status status = to_grpc_status(core.check_accepting());
   for (const auto& session : core.sessions.list()) session->drain(status);
   // Comparisons have told all that a later call needs to go on.
   impl_->compare.queue.cancel_all();

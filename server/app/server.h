@@ -3,6 +3,7 @@
 
 #include <grpcpp/channel.h>
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -28,6 +29,9 @@ class Server {
   const std::string& http_address() const;
   // The same service without a socket. Valid as long as the server lives.
   std::shared_ptr<grpc::Channel> in_process_channel();
+
+  // Bytes of the memory account (max_memory) that are in use now.
+  std::uint64_t memory_used() const;
 
   // Health turns NOT_SERVING at once, new work is refused with UNAVAILABLE, interactive frames end, jobs may finish
   // until the grace is over and are cancelled then. Returns when no call is left, at the latest soon after the grace.

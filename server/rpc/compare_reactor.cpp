@@ -130,6 +130,7 @@ Status CompareReactor::start(CompareCore& compare, grpc::CallbackServerContext& 
     call->finish(drained ? to_grpc_status(core.check_accepting()) : ran.ok() ? grpc::Status::OK : to_grpc_status(ran));
   });
   if (!place) return place.error();
+  if (core.draining) call->cancel->cancel();  // it came too late for the drain to know of it
   accepted.mutable_accepted()->set_waits_for(std::uint32_t(*place));
   spdlog::info("{} accepted scene={} modes={} units={}", name, snapshot->id.substr(0, 12),
                accepted.accepted().modes_size(), accepted.accepted().units());

@@ -32,6 +32,7 @@ Status EditSceneReactor::start(grpc::CallbackServerContext& context, grpc::ByteB
   if (!problems.empty()) return problems.to_error();
   // Kept until the task has run, so that the scene is not unloaded meanwhile; not longer, for who has the answer may
   // unload it.
+  end_by_drain(core_);
   auto base = core_.scenes.acquire(request.scene_id(), "scene_id");
   if (!base) return base.error();
   auto lease = std::make_shared<SceneLease>(std::move(*base));

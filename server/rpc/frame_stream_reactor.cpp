@@ -29,6 +29,9 @@ FrameStreamReactor::FrameStreamReactor(ServiceCore& core) : core_(core) {
   if (const Status accepting = core.check_accepting(); !accepting.ok()) {
     end(to_grpc_status(accepting));
   } else {
+    unopened_ = core.open_calls.add([weak = std::weak_ptr(stream_), &core] {
+      if (const auto stream = weak.lock()) stream->finish(to_grpc_status(core.check_accepting()));
+    });
     const double seconds = core.config.request_timeout_s;
     open_due_ = std::make_unique<ReadDeadline>(core.timers, seconds, [weak = std::weak_ptr(stream_), seconds] {
       const auto stream = weak.lock();
@@ -205,7 +208,9 @@ Status FrameStreamReactor::open(const pb::StreamRequest::Open& open) {
     const std::lock_guard lock(mutex_);
     session_ = *found;
   }
-  return (*found)->attach(stream_, format);
+  unopened_.reset();
+  if (const Status attached = (*found)->attach(stream_, format); !attached.ok()) return attached;
+  return core_.check_accepting();  // a drain has told its session before, or finds the stream there
 }
 
 void FrameStreamReactor::OnCancel() {

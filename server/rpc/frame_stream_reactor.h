@@ -53,6 +53,7 @@ class FrameStreamReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer
   grpc::ByteBuffer request_;
   std::shared_ptr<OutboundStream> stream_;
   std::unique_ptr<ReadDeadline> open_due_;
+  OpenCalls::Place unopened_;  // a drain ends an opened stream by its session
   CallHold hold_;
   // Fields that this daemon does not know. One request is handled at a time, and nothing is read until it is.
   std::vector<std::string> ignored_;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "renderer/base/clock.h"
+#include "server/base/grpc_status.h"
 #include "server/base/retry.h"
 #include "server/jobs/job_messages.h"
 #include "server/stream/convert.h"
@@ -112,8 +113,8 @@ MessageSource::Next over(grpc::Status status = grpc::Status::OK) {
 }
 
 // A daemon that stops ends the call once everything is told.
-MessageSource::Next nothing_yet(const DurableJobs& jobs) {
-  if (jobs.closed()) return over({grpc::StatusCode::UNAVAILABLE, "the daemon is draining"});
+MessageSource::Next nothing_yet(const ServiceCore& core, const DurableJobs& jobs) {
+  if (jobs.closed()) return over(to_grpc_status(core.check_accepting()));
   return {};
 }
 
@@ -121,7 +122,7 @@ class Watch final : public MessageSource {
  public:
   Watch(ServiceCore& core, DurableJobs& jobs, const pb::WatchJobRequest& request,
         const std::weak_ptr<PulledStream::Waker>& waker)
-      : jobs_(jobs), request_(request), follower_(core, jobs, request.job_id(), request.progress(), waker) {}
+      : core_(core), jobs_(jobs), request_(request), follower_(core, jobs, request.job_id(), request.progress(), waker) {}
 
   Result<Next> next() override {
     if (!begun_) return begin();
@@ -136,7 +137,7 @@ class Watch final : public MessageSource {
     if (over_) return over();
     auto progress = follower_.next_progress();
     if (!progress) return progress.error();
-    if (!*progress) return nothing_yet(jobs_);
+    if (!*progress) return nothing_yet(core_, jobs_);
     *response.mutable_progress() = std::move(**progress);
     return message(response);
   }
@@ -157,6 +158,7 @@ class Watch final : public MessageSource {
     return message(response);
   }
 
+  ServiceCore& core_;
   DurableJobs& jobs_;
   const pb::WatchJobRequest request_;
   JobFollower follower_;
@@ -166,9 +168,11 @@ class Watch final : public MessageSource {
 
 class ResultFile final : public MessageSource {
  public:
-  ResultFile(DurableJobs& jobs, const pb::GetResultRequest& request) : jobs_(jobs), request_(request) {}
+  ResultFile(ServiceCore& core, DurableJobs& jobs, const pb::GetResultRequest& request)
+      : core_(core), jobs_(jobs), request_(request) {}
 
   Result<Next> next() override {
+    if (jobs_.closed()) return over(to_grpc_status(core_.check_accepting()));
     pb::GetResultResponse response;
     if (!file_.is_open()) {
       auto result = jobs_.result(request_.job_id(), request_.view());
@@ -189,6 +193,7 @@ class ResultFile final : public MessageSource {
   }
 
  private:
+  ServiceCore& core_;
   DurableJobs& jobs_;
   const pb::GetResultRequest request_;
   std::ifstream file_;
@@ -200,7 +205,7 @@ class DetachedJob final : public MessageSource {
  public:
   DetachedJob(ServiceCore& core, DurableJobs& jobs, pb::Job job, pb::RunJobResponse accepted,
               const std::weak_ptr<PulledStream::Waker>& waker)
-      : jobs_(jobs), job_(std::move(job)), follower_(core, jobs, job_.job_id(), true, waker) {
+      : core_(core), jobs_(jobs), job_(std::move(job)), follower_(core, jobs, job_.job_id(), true, waker) {
     responses_.push_back(std::move(accepted));
   }
 
@@ -214,7 +219,7 @@ class DetachedJob final : public MessageSource {
     if (responses_.empty()) {
       if (const Status told = collect(); !told.ok()) return told.error();
     }
-    if (responses_.empty()) return nothing_yet(jobs_);
+    if (responses_.empty()) return nothing_yet(core_, jobs_);
     const pb::RunJobResponse response = std::move(responses_.front());
     responses_.pop_front();
     return message(response);
@@ -267,6 +272,7 @@ class DetachedJob final : public MessageSource {
     result.mutable_end()->set_message(event.reason);
   }
 
+  ServiceCore& core_;
   DurableJobs& jobs_;
   const pb::Job job_;
   JobFollower follower_;
@@ -284,9 +290,9 @@ PulledStream::Make watch_job(ServiceCore& core, DurableJobs& jobs, pb::WatchJobR
   };
 }
 
-PulledStream::Make get_result(DurableJobs& jobs, pb::GetResultRequest request) {
-  return [&jobs, request = std::move(request)](const auto&) -> Result<std::unique_ptr<MessageSource>> {
-    return std::unique_ptr<MessageSource>(std::make_unique<ResultFile>(jobs, request));
+PulledStream::Make get_result(ServiceCore& core, DurableJobs& jobs, pb::GetResultRequest request) {
+  return [&core, &jobs, request = std::move(request)](const auto&) -> Result<std::unique_ptr<MessageSource>> {
+    return std::unique_ptr<MessageSource>(std::make_unique<ResultFile>(core, jobs, request));
   };
 }
 

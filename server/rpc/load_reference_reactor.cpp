@@ -37,6 +37,9 @@ LoadReferenceReactor::LoadReferenceReactor(CompareCore& compare, grpc::CallbackS
     call->finish(to_grpc_status(accepting));
     return;
   }
+  place_ = compare.core.open_calls.add([weak = std::weak_ptr(call), &core = compare.core] {
+    if (const auto open = weak.lock()) open->finish(to_grpc_status(core.check_accepting()));
+  });
   const double seconds = compare.core.config.request_timeout_s;
   message_due_ = std::make_unique<ReadDeadline>(compare.core.timers, seconds, [call, seconds] {
     call->finish({grpc::StatusCode::DEADLINE_EXCEEDED,
@@ -51,8 +54,8 @@ void LoadReferenceReactor::read() {
 }
 
 void LoadReferenceReactor::OnReadDone(bool ok) {
-  if (!message_due_->stop()) return;
   const auto call = call_;
+  if (!message_due_->stop() || call->over()) return;
   const Status status = guarded([&]() -> Status {
     if (!ok) return submit();
     ArenaMessage<pb::LoadReferenceRequest> request;

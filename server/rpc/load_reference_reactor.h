@@ -36,6 +36,7 @@ class LoadReferenceReactor final : public grpc::ServerReadReactor<grpc::ByteBuff
   grpc::ByteBuffer request_;
   std::shared_ptr<Upload> upload_;  // null: begin has not come
   std::shared_ptr<Call> call_;
+  OpenCalls::Place place_;
   std::unique_ptr<ReadDeadline> message_due_;
 };
 

@@ -42,6 +42,7 @@ struct LoadSceneReactor::Shared : UploadCall<pb::LoadSceneResponse> {
   using UploadCall::UploadCall;
 
   CancelToken cancel;
+  OpenCalls::Place place;  // the scene would be gone with the daemon
 };
 
 LoadSceneReactor::LoadSceneReactor(ServiceCore& core, grpc::CallbackServerContext& context, grpc::ByteBuffer* response)
@@ -50,6 +51,12 @@ LoadSceneReactor::LoadSceneReactor(ServiceCore& core, grpc::CallbackServerContex
     shared_->finish(to_grpc_status(accepting));
     return;
   }
+  shared_->place = core.open_calls.add([weak = std::weak_ptr(shared_), &core] {
+    const auto shared = weak.lock();
+    if (!shared) return;
+    shared->cancel.cancel();
+    shared->finish(to_grpc_status(core.check_accepting()));
+  });
   const double seconds = core.config.request_timeout_s;
   message_due_ = std::make_unique<ReadDeadline>(core.timers, seconds, [shared = shared_, seconds] {
     shared->cancel.cancel();
@@ -65,7 +72,7 @@ void LoadSceneReactor::read() {
 }
 
 void LoadSceneReactor::OnReadDone(bool ok) {
-  if (!message_due_->stop()) return;
+  if (!message_due_->stop() || shared_->over()) return;
   Status status = ok_status();
   if (ok) {
     status = guarded([&]() -> Status {

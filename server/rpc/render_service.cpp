@@ -517,7 +517,7 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::WatchJob(grpc::Callba
 grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::GetResult(grpc::CallbackServerContext* context,
                                                                      const grpc::ByteBuffer* request) {
   return stream_of_jobs<pb::GetResultRequest>(
-      context, request, [this](pb::GetResultRequest&& which) { return get_result(*jobs_, std::move(which)); });
+      context, request, [this](pb::GetResultRequest&& which) { return get_result(core_, *jobs_, std::move(which)); });
 }
 
 grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::Compare(grpc::CallbackServerContext* context,

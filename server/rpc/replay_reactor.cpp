@@ -75,6 +75,7 @@ Status ReplayReactor::start(grpc::CallbackServerContext& context, grpc::ByteBuff
   tell_ignored(context, unknown_fields(request));
   auto replay = read_replay_token(request.token(), core_.render_limits(), "token");
   if (!replay) return replay.error();
+  end_by_drain(core_);
   auto scene = core_.scenes.acquire(replay->message.scene_id(), "token");
   if (!scene) return no_scene(replay->message, "token");
   struct Task {

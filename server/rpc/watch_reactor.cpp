@@ -33,7 +33,8 @@ Status WatchReactor::start(grpc::ByteBuffer bytes, ServiceCore& core) {
   const Status attached = session_->attach(stream_, format);
   const auto ignored = unknown_fields(request);
   if (attached && !ignored.empty()) stream_->push(ignored_fields_notice(ignored));
-  return attached;
+  // A drain has told the session before, or finds the stream there.
+  return attached ? core.check_accepting() : attached;
 }
 
 void WatchReactor::OnCancel() {

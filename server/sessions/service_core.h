@@ -13,6 +13,7 @@
 #include "renderer/frame/render_loop.h"
 #include "server/base/access_tokens.h"
 #include "server/base/memory_account.h"
+#include "server/base/open_calls.h"
 #include "server/base/reaper.h"
 #include "server/base/retry.h"
 #include "server/base/server_config.h"
@@ -82,9 +83,10 @@ struct ServiceCore {
   Error too_many_waiting() const { return queue_full(kMaxWaitingFilms, "requests wait for their films"); }
   // After lister.submit() did.
   Error too_many_lists() const { return queue_full(kMaxWaitingLists, "folders wait to be listed"); }
+  // unavailable while the daemon drains. Who asks again finds the next one there, or the same one still draining.
   Status check_accepting() const {
     if (!draining) return ok_status();
-    return Error{ErrorCode::unavailable, "the daemon is draining", {}};
+    return Error{ErrorCode::unavailable, "the daemon is draining", {}, kRetrySeconds};
   }
 
   // For requests that may allocate a film: a few that take seconds do not hold up small ones.
@@ -102,6 +104,7 @@ struct ServiceCore {
   std::function<std::string(const SceneBundle&)> keep_upload;
   const double started_s = now_s();
   std::atomic<bool> draining{false};
+  OpenCalls open_calls;  // whoever adds to it may be told at once that the daemon drains
 
   // In this order: what is named later uses what is named earlier, and is destroyed first.
   IdleRoom room{memory, reaper, scenes, sessions};
