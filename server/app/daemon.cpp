@@ -67,6 +67,7 @@ int run_daemon(const std::string& program, const std::vector<std::string>& argum
   const ServerConfig& config = request->config;
   set_up_log(program, config.log_level);
   keep_freed_tiles();
+  signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of its write
   // Blocked before any thread exists, so that only sigwait below gets them.
   const sigset_t signals = stop_signals();
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);

@@ -24,6 +24,8 @@ constexpr int kMostPriority = 100, kMostPageSize = 1000, kDefaultPageSize = 100;
 constexpr double kForgetSeconds = 3600;  // between looks for jobs that are too old to be kept
 constexpr double kTryAgainSeconds = 1;   // where the state folder takes no row
 constexpr int kMostDoublings = 7;        // of the wait of a job that lacked something
+constexpr char kDaemonEnded[] = "the daemon ended while it ran";
+constexpr char kNoThread[] = "the machine had no thread or memory for it";
 
 bool has_control(const std::string& text) {
   return std::any_of(text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 127; });
@@ -84,7 +86,7 @@ Result<std::unique_ptr<DurableJobs>> DurableJobs::open(ServiceCore& core, const 
   if (!table) return table.error();
   std::unique_ptr<DurableJobs> jobs(
       new DurableJobs(core, std::move(*outputs), std::move(*held), std::move(*table)));
-  if (const Status taken = jobs->take_up(); !taken.ok()) return taken.error();
+  if (const Status taken = jobs->take_up(notices); !taken.ok()) return taken.error();
   return jobs;
 }
 
@@ -108,29 +110,40 @@ DurableJobs::~DurableJobs() {
   }
 }
 
-// Whoever was running when the daemon before ended goes back into the queue.
-Status DurableJobs::take_up() {
+Status DurableJobs::take_up(std::vector<std::string>& notices) {
   table_->on_events([this] { tell(); });
   if (const Status opened = checkpoints_.open(); !opened.ok()) return opened;
   std::vector<SceneStore::Held> held;
   for (const JobState state : {JobState::queued, JobState::running, JobState::paused}) {
     const auto jobs = table_->in_state(state);
     if (!jobs) return jobs.error();
-    for (const JobRecord& job : *jobs) {
-      if (state == JobState::running) {
-        JobChange change;
-        change.reason = "the daemon ended while it ran";
-        const auto changed = table_->change(job.id, change);
-        if (!changed) return changed.error();
-        if (is_final(changed->state)) {
-          checkpoints_.remove(job.id);
-          continue;
-        }
-      }
-      held.push_back({job.id, job.scene_id});
-    }
+    for (const JobRecord& job : *jobs) held.push_back({job.id, job.scene_id});
   }
-  return scenes_.open(held);
+  if (const Status opened = scenes_.open(held); !opened.ok()) return opened;
+  const Status taken = take_up_running(kDaemonEnded);
+  if (taken.ok() || taken.error().code != ErrorCode::unavailable) return taken;
+  // As where another program has it locked. Reading goes on, and no job begins before a row can be written.
+  left_running_ = kDaemonEnded;
+  notices.push_back(taken.error().to_string() + "; jobs wait until it can be written");
+  return ok_status();
+}
+
+Status DurableJobs::take_up_running(const char* reason) {
+  const auto jobs = table_->in_state(JobState::running);
+  if (!jobs) return jobs.error();
+  for (const JobRecord& job : *jobs) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (running_.contains(job.id)) continue;
+    }
+    JobChange change;
+    change.from = {JobState::running};
+    change.reason = reason;
+    const auto changed = table_->change(job.id, change);
+    if (!changed) return changed.error();
+    if (is_final(changed->state)) come_to_end(job.id);
+  }
+  return ok_status();
 }
 
 Result<pb::SubmitJobResponse> DurableJobs::submit(const pb::SubmitJobRequest& asked, const std::string& by) {
@@ -167,7 +180,7 @@ Result<pb::SubmitJobResponse> DurableJobs::submit(const pb::SubmitJobRequest& as
   record.priority = request.priority();
   record.views = std::uint32_t(plan.views.size());
   if (const Status held = scenes_.hold(*planned->scene, record.id); !held.ok()) return held.error();
-  auto submitted = table_->submit(record, core_.config.max_queued_jobs, by);
+  auto submitted = guarded([&] { return table_->submit(record, core_.config.max_queued_jobs, by); });
   if (!submitted || submitted->already_there) scenes_.release(record.id);
   if (!submitted) return submitted.error();
   wake();
@@ -341,14 +354,10 @@ DurableJobs::Listener DurableJobs::listen(std::function<void()> told) {
 }
 
 void DurableJobs::tell() {
-  std::vector<Listener> told;
-  {
-    const std::lock_guard lock(listeners_mutex_);
-    for (const auto& one : listeners_) {
-      if (auto listener = one.lock()) told.push_back(std::move(listener));
-    }
+  const std::lock_guard lock(listeners_mutex_);
+  for (const auto& one : listeners_) {
+    if (const Listener listener = one.lock()) (*listener)();
   }
-  for (const Listener& listener : told) (*listener)();
 }
 
 std::string DurableJobs::keep_upload(const SceneBundle& bundle) {
@@ -371,6 +380,10 @@ void DurableJobs::schedule() {
   std::unique_lock lock(mutex_);
   while (!stopping_) {
     std::vector<std::unique_ptr<JobAttempt>> over;  // ended outside the lock
+    if (!guarded([&] { return over.reserve(running_.size()), ok_status(); }).ok()) {
+      changed_.wait_for(lock, std::chrono::duration<double>(kTryAgainSeconds));
+      continue;
+    }
     for (auto it = running_.begin(); it != running_.end();) {
       if (it->second.over) over.push_back(std::move(it->second.attempt));
       it = it->second.over ? running_.erase(it) : std::next(it);
@@ -392,7 +405,11 @@ void DurableJobs::schedule() {
     const bool begin = beginning_;
     lock.unlock();
     over.clear();
-    const Status done = guarded([&] {
+    const Status done = guarded([&]() -> Status {
+      if (left_running_ && begin) {
+        if (const Status taken = take_up_running(left_running_); !taken.ok()) return taken;
+        left_running_ = nullptr;
+      }
       if (now >= forget_at_s_) forget_old();
       while (begin && begin_next()) {
       }
@@ -438,14 +455,16 @@ bool DurableJobs::begin_next() {
   if (!*next) return false;
   auto place = core_.jobs.reserve();
   if (!place) return false;
-  pb::SubmitJobRequest request;
-  request.ParseFromString((*next)->request);
-  JobChange change;
-  change.to = JobState::running;
-  change.from = {JobState::queued};
-  // That of the views that are done stays.
-  if ((*next)->views_done == 0) change.build = rendering_build(request.job().settings().device());
-  auto record = table_->change((*next)->id, change);
+  auto record = guarded([&] {
+    pb::SubmitJobRequest request;
+    request.ParseFromString((*next)->request);
+    JobChange change;
+    change.to = JobState::running;
+    change.from = {JobState::queued};
+    // That of the views that are done stays.
+    if ((*next)->views_done == 0) change.build = rendering_build(request.job().settings().device());
+    return table_->change((*next)->id, change);
+  });
   if (!record) {
     core_.jobs.remove(*place);
     if (record.error().code == ErrorCode::failed_precondition) return true;  // it was paused or cancelled
@@ -455,30 +474,29 @@ bool DurableJobs::begin_next() {
     look_again_s_ = now_s() + kTryAgainSeconds;
     return false;
   }
-  const std::string id = record->id;
+  const std::string& id = record->id;
   Status made = ok_status();
   {
     const std::lock_guard lock(mutex_);
-    Running& running = running_[id];
-    running.place = *place;
     made = guarded([&] {
+      Running& running = running_[id];
+      running.place = *place;
       running.attempt = std::make_unique<JobAttempt>(
           stores_, *record, [this, id](const JobAttempt::Outcome& outcome) { attempt_over(id, outcome); });
       return ok_status();
     });
-    if (made.ok() && draining_) running.attempt->ask(JobAttempt::Request::suspend, {});
+    if (made.ok() && draining_) running_[id].attempt->ask(JobAttempt::Request::suspend, {});
     if (!made.ok()) {
-      spdlog::error("job {} cannot begin: {}", id, made.error().to_string());
       running_.erase(id);
       look_again_s_ = now_s() + kTryAgainSeconds;
     }
   }
   if (!made.ok()) {
+    spdlog::error("job {} cannot begin: {}", id, made.error().to_string());
     core_.jobs.remove(*place);
-    JobChange back;
-    back.from = {JobState::running};
-    back.reason = "the machine had no thread or memory for it";
-    (void)table_->change(id, back);
+    left_running_ = kNoThread;
+    const Status back = guarded([&] { return take_up_running(kNoThread); });
+    if (back.ok()) left_running_ = nullptr;
     return false;
   }
   spdlog::info("job begun id={} attempt={}", id, (*next)->attempt + 1);
@@ -501,7 +519,11 @@ void DurableJobs::attempt_over(const std::string& id, const JobAttempt::Outcome&
     }
     spdlog::error("job {}: its state cannot be written: {}", id, changed.error().to_string());
     const ErrorCode code = changed.error().code;
-    if (code == ErrorCode::not_found || code == ErrorCode::failed_precondition) break;
+    if (code == ErrorCode::not_found || code == ErrorCode::failed_precondition) {
+      // It was written by a call before this one, which had no memory for the rest.
+      if (const auto now = table_->get(id)) state = now->state;
+      break;
+    }
     std::unique_lock lock(mutex_);
     // A daemon that ends leaves it to the next one, which finds the job running.
     const auto wait = std::chrono::duration<double>(kTryAgainSeconds);

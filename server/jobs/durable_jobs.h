@@ -85,7 +85,9 @@ class DurableJobs {
   };
 
   std::optional<pb::SubmitJobResponse> find_again(const pb::SubmitJobRequest& asked) const;
-  Status take_up();  // what an earlier daemon has left
+  Status take_up(std::vector<std::string>& notices);  // what an earlier daemon has left
+  // Jobs that the table has as running, while none of them does, go back into the queue.
+  Status take_up_running(const char* reason);
   void schedule();
   void forget_old();
   bool begin_next();
@@ -120,6 +122,9 @@ class DurableJobs {
   double look_again_s_ = kNever;               // now_s(): the state folder could not be asked, or told
   bool due_ = true, draining_ = false, stopping_ = false;
   bool beginning_ = false;  // a job is on its way from the table to running_
+  // Why the table may have jobs as running that nobody runs, because it took no row yet; null: it has none. Only of
+  // open() and the scheduler.
+  const char* left_running_ = nullptr;
   double forget_at_s_ = 0;
   std::thread thread_;
   TaskThread calls_{kMaxWaitingCalls, kCallThreads};  // last: a call in hand may use anything above

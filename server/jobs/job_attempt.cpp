@@ -9,6 +9,7 @@
 
 #include "renderer/base/unix_time.h"
 #include "renderer/codec/atomic_file.h"
+#include "renderer/frame/failure_reason.h"
 #include "server/base/build_info.h"
 #include "server/base/guarded.h"
 #include "server/base/retry.h"
@@ -92,14 +93,17 @@ std::optional<JobAttempt::Progress> JobAttempt::progress() const {
 void JobAttempt::run() {
   Outcome outcome;
   const Status worked = guarded([&] { return outcome = work(), ok_status(); });
-  if (!worked.ok()) outcome = failed(worked.error());
   rendering_.reset();
-  outcome.change.from = {JobState::running};
-  outcome.change.same_bits = same_bits_;
-  for (const std::string& note : notes_) outcome.change.reason += (outcome.change.reason.empty() ? "" : "; ") + note;
+  const auto tell = [&] {
+    Outcome told = worked.ok() ? outcome : failed(worked.error());
+    told.change.from = {JobState::running};
+    told.change.same_bits = same_bits_;
+    for (const std::string& note : notes_) told.change.reason += (told.change.reason.empty() ? "" : "; ") + note;
+    over_(told);
+    return ok_status();
+  };
   // Without memory, later: nobody else ends the attempt.
-  while (!guarded([&] { return over_(outcome), ok_status(); }).ok())
-    std::this_thread::sleep_for(std::chrono::seconds(1));
+  while (!guarded(tell).ok()) std::this_thread::sleep_for(std::chrono::seconds(1));
 }
 
 JobAttempt::Outcome JobAttempt::work() {
@@ -338,7 +342,9 @@ void JobAttempt::write_checkpoint(std::uint32_t view, const PictureCheckpoint& c
 }
 
 std::optional<JobAttempt::Outcome> JobAttempt::finish_view(std::uint32_t view, const FrameEnd& end) {
-  if (end.reason == FrameEndReason::failed) return failed({ErrorCode::internal, end.message, {}});
+  // What lacked memory may have it later, and goes on from its newest checkpoint.
+  const ErrorCode code = end.message == kOutOfMemory ? ErrorCode::resource_exhausted : ErrorCode::internal;
+  if (end.reason == FrameEndReason::failed) return failed({code, end.message, {}});
   if (end.reason == FrameEndReason::cancelled) return stopped(Request::cancel, {});
   const auto file = picture_->encode(origin_of(view));
   if (!file) return failed(file.error());

@@ -47,9 +47,12 @@ class PulledStream::Shared final : public Waker, public std::enable_shared_from_
   void pull() {
     pulling_ = true;
     again_ = false;
-    if (threads_.submit([self = shared_from_this()] { self->run(); })) return;
+    const auto submitted = guarded([&]() -> Result<bool> {
+      return threads_.submit([self = shared_from_this()] { self->run(); });
+    });
+    if (submitted && *submitted) return;
     pulling_ = false;
-    end_ = to_grpc_status(full_);
+    end_ = to_grpc_status(submitted ? full_ : submitted.error());
     finish();
   }
   void finish() { std::exchange(stream_, nullptr)->Finish(*end_); }
