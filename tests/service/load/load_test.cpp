@@ -62,7 +62,7 @@ class User {
 
   void live(const std::atomic<bool>& stop) {
     for (int i = 0; !stop; ++i) {
-      if (i % 4 == 3) {
+      if (i % 2 == 1) {
         run_job();
       } else if (!session()) {
         return;
@@ -201,6 +201,11 @@ class LoadTest : public KeptJobsTest {
     double seconds;
   };
 
+  // On a slow machine everyone lives for longer, until each thing has been done once; hangs end after two minutes.
+  static bool enough(const Size& size, const Work& work, const BadDeeds& deeds) {
+    return work.sessions >= size.sessions && work.views > work.sessions && work.jobs > 0 && work.cancelled_jobs > 0 &&
+           deeds.streams > 0 && deeds.vanished > 0 && deeds.rubbish > 0 && deeds.taken_over > 0;
+  }
   // Everyone lives for so long; then nobody is there any more. The share of owner 0 in the workers' time.
   double live(const Size& size, const std::string& scene, Work& work, BadDeeds& deeds) {
     std::atomic<bool> stop = false;
@@ -222,7 +227,7 @@ class LoadTest : public KeptJobsTest {
     }
     std::map<std::string, double> used;
     const double end_s = now_s() + size.seconds * kPatience;
-    while (now_s() < end_s) {
+    while (now_s() < end_s || (!enough(size, work, deeds) && now_s() < end_s + 120 * kPatience)) {
       look(used);
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
     }
@@ -298,12 +303,7 @@ TEST_F(LoadTest, ManySessionsAndBadClientsLeaveNothingBehind) {
               int(deeds.vanished), int(deeds.rubbish), int(deeds.taken_over), 100 * share,
               double(resident_after) / (1 << 20), double(resident) / (1 << 20));
   EXPECT_TRUE(work.failures.empty()) << work.failures.size() << " failures, the first: " << work.failures[0];
-  EXPECT_GE(work.sessions.load(), size.sessions);
-  EXPECT_GT(work.views.load(), work.sessions.load());
-  EXPECT_GT(work.jobs.load(), 0);
-  EXPECT_GT(work.cancelled_jobs.load(), 0);
-  for (const auto* deed : {&deeds.streams, &deeds.vanished, &deeds.rubbish, &deeds.taken_over})
-    EXPECT_GT(deed->load(), 0);
+  EXPECT_TRUE(enough(size, work, deeds));
 #if !defined(__SANITIZE_THREAD__) && !defined(__SANITIZE_ADDRESS__)  // their allocators keep what is freed
   EXPECT_LE(resident_after, resident + resident / 10);
 #endif
