@@ -55,7 +55,7 @@ class FailedJobAllocations : public testing::Test {
     jobs_->begin();
     request_.mutable_job()->mutable_settings()->set_width(8);
     request_.mutable_job()->mutable_settings()->set_height(8);
-    request_.mutable_job()->mutable_budget()->set_samples(4096);
+    request_.mutable_job()->mutable_budget()->set_samples(512);
     for (const double x : {0.0, 0.1}) {
       pb::CameraView& view = *request_.mutable_job()->add_views();
       view.mutable_position()->set_x(x);
@@ -176,6 +176,9 @@ class FailedJobAllocations : public testing::Test {
     EXPECT_TRUE(core_->jobs.wait_until_empty(now_s())) << "a place is held";
     unload_scenes();
     core_->reaper.wait_until_idle();
+    // The scheduler lets go of the attempt a little later.
+    for (int i = 0; i < 10'000 && core_->memory.used() > 0; ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
     EXPECT_EQ(core_->memory.used(), 0u);
     EXPECT_TRUE(fs::is_empty(folder_ + "/state/checkpoints"));
   }
@@ -205,7 +208,7 @@ TEST_F(FailedJobAllocations, EndAJobOrARequestAndNothingElse) {
     ASSERT_FALSE(life.refused) << life.refused->to_string();
     ASSERT_EQ(life.reason, "");
   }
-  const std::uint64_t in_a_life = seen_, most = by_tier<std::uint64_t>(150, 1500);
+  const std::uint64_t in_a_life = seen_, most = by_tier<std::uint64_t>(60, 1500);
   int refused = 0, told = 0, lives = 0;
   // Each of the first ones, which are of submit(), then as many as fit, spread over the rest.
   const std::uint64_t stride = std::max<std::uint64_t>(1, in_a_life / most);
