@@ -93,7 +93,8 @@ grpc::Status move_a_camera(Worker& worker) {
     notice |= is_draining_notice(response);
     if (!response.has_tile()) continue;
     worker.begun();
-    *request.mutable_view() = view(++id, 0.001 * double(id % 100));
+    ++id;
+    *request.mutable_view() = view(id, 0.001 * double(id % 100));
     stream->Write(request);
   }
   EXPECT_TRUE(notice) << "a stream ended without a notice";
