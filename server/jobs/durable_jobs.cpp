@@ -10,9 +10,12 @@
 
 #include "renderer/base/clock.h"
 #include "renderer/base/unix_time.h"
+#include "renderer/codec/atomic_file.h"
+#include "renderer/codec/sha256.h"
 #include "server/base/guarded.h"
 #include "server/base/retry.h"
 #include "server/jobs/job_messages.h"
+#include "server/jobs/leftovers.h"
 #include "server/sessions/session_registry.h"
 #include "server/stream/settings_messages.h"
 
@@ -24,6 +27,8 @@ constexpr int kMostPriority = 100, kMostPageSize = 1000, kDefaultPageSize = 100;
 constexpr double kForgetSeconds = 3600;  // between looks for jobs that are too old to be kept
 constexpr double kTryAgainSeconds = 1;   // where the state folder takes no row
 constexpr int kMostDoublings = 7;        // of the wait of a job that lacked something
+constexpr std::uint64_t kHeaderBytes = 1 << 20;  // of a checkpoint file, at most
+constexpr double kFreshSeconds = 2;      // age of a running job's checkpoint that is shown as it is
 
 bool has_control(const std::string& text) {
   return std::any_of(text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 127; });
@@ -84,7 +89,7 @@ Result<std::unique_ptr<DurableJobs>> DurableJobs::open(ServiceCore& core, const 
   if (!table) return table.error();
   std::unique_ptr<DurableJobs> jobs(
       new DurableJobs(core, std::move(*outputs), std::move(*held), std::move(*table)));
-  if (const Status taken = jobs->take_up(); !taken.ok()) return taken.error();
+  if (const Status taken = jobs->take_up(notices); !taken.ok()) return taken.error();
   return jobs;
 }
 
@@ -109,10 +114,11 @@ DurableJobs::~DurableJobs() {
 }
 
 // Whoever was running when the daemon before ended goes back into the queue.
-Status DurableJobs::take_up() {
+Status DurableJobs::take_up(std::vector<std::string>& notices) {
   table_->on_events([this] { tell(); });
   if (const Status opened = checkpoints_.open(); !opened.ok()) return opened;
   std::vector<SceneStore::Held> held;
+  std::vector<JobRecord> unfinished;
   for (const JobState state : {JobState::queued, JobState::running, JobState::paused}) {
     const auto jobs = table_->in_state(state);
     if (!jobs) return jobs.error();
@@ -128,9 +134,20 @@ Status DurableJobs::take_up() {
         }
       }
       held.push_back({job.id, job.scene_id});
+      unfinished.push_back(job);
+      note_progress(job.id);
     }
   }
+  clear_outputs(outputs_, unfinished);
+  clear_results(folder_.results(), *table_, core_.config.keep_jobs_days, notices);
   return scenes_.open(held);
+}
+
+// As the job's newest checkpoint tells, without a look at the picture.
+void DurableJobs::note_progress(const std::string& id) {
+  const auto newest = checkpoints_.read_head(id);
+  const auto header = newest.file ? CheckpointHeader::read(newest.file->header) : std::nullopt;
+  if (auto kept = header ? kept_progress(*header) : std::nullopt) kept_progress_[id] = std::move(*kept);
 }
 
 Result<pb::SubmitJobResponse> DurableJobs::submit(const pb::SubmitJobRequest& asked, const std::string& by) {
@@ -237,9 +254,17 @@ Result<pb::Job> DurableJobs::get(const std::string& id) const {
 pb::Job DurableJobs::describe(const JobRecord& record) const {
   pb::Job job = to_message(record);
   const std::lock_guard lock(mutex_);
+  const auto kept = kept_progress_.find(record.id);
+  if (kept != kept_progress_.end() && !is_final(record.state) && kept->second.view == record.views_done) {
+    *job.mutable_progress() = kept->second.progress;
+    job.mutable_progress()->set_samples_per_second(0);  // nothing is rendered
+    job.set_checkpoint_s(kept->second.checkpoint_s);
+  }
   const auto found = running_.find(record.id);
   if (found == running_.end() || found->second.over || !found->second.attempt) return job;
   const JobAttempt& attempt = *found->second.attempt;
+  if (const auto newest = attempt.kept(); newest && newest->view == record.views_done)
+    job.set_checkpoint_s(newest->checkpoint_s);
   if (const auto progress = attempt.progress()) {
     *job.mutable_progress() = to_message(progress->frame, record.id);
     if (progress->left) {
@@ -248,7 +273,6 @@ pb::Job DurableJobs::describe(const JobRecord& record) const {
       job.mutable_left()->set_high_s(progress->left->high_s);
     }
   }
-  job.set_checkpoint_s(attempt.checkpoint_s());
   return job;
 }
 
@@ -330,6 +354,90 @@ Result<DurableJobs::ResultFile> DurableJobs::result(const std::string& id, std::
                fmt::format("view {} is not done; the job is {}, with {} of {} views done", view,
                            to_string(record->state), record->views_done, record->views),
                "view"};
+}
+
+Result<DurableJobs::ResultTiles> DurableJobs::tiles(const pb::GetResultRequest& asked) {
+  const auto record = table_->get(asked.job_id());
+  if (!record) return record.error();
+  pb::SubmitJobRequest request;
+  request.ParseFromString(record->request);
+  Problems problems;
+  JobTiles::Request wanted;
+  wanted.settings = read_settings(request.job().settings(), core_.render_limits(), "settings", problems);
+  wanted.format = read_tile_format(asked.tiles().format(), "tiles.format", problems, core_.oidn != nullptr);
+  const PixelRect region = wanted.settings.rendered_region();
+  wanted.window = region;
+  if (asked.tiles().has_window()) {
+    const pb::Rect& window = asked.tiles().window();
+    wanted.window = {window.x0(), window.y0(), window.x1(), window.y1()};
+    const PixelRect& w = wanted.window;
+    if (w.x0 >= w.x1 || w.y0 >= w.y1 || intersect(w, region) != w) {
+      problems.add("tiles.window", fmt::format("[{}, {}) x [{}, {}); allowed: a part of [{}, {}) x [{}, {})", w.x0,
+                                               w.x1, w.y0, w.y1, region.x0, region.x1, region.y0, region.y1));
+    }
+  }
+  if (!problems.empty()) return problems.to_error();
+
+  const std::uint64_t planes = std::uint64_t(region.area()) * 32 * sizeof(float);  // of a file, with all its channels
+  const std::uint64_t checkpoint = checkpoint_bytes(wanted.settings) + kHeaderBytes;
+  auto memory = core_.memory.reserve_with_room(
+      std::max(2 * planes, film_bytes(wanted.settings) + checkpoint), "the picture of a job");
+  if (!memory) return memory.error();
+  const auto whole = [&](std::span<const std::uint8_t> file, pb::JobView view) -> Result<ResultTiles> {
+    auto tiles = JobTiles::of_file(file, wanted);
+    if (!tiles) return tiles.error();
+    tiles->count(std::move(*memory));
+    return ResultTiles{std::move(view), std::move(*tiles)};
+  };
+  auto done = result(asked.job_id(), asked.view());
+  if (done) {
+    const auto bytes = read_whole_file(done->file, 2 * planes);
+    if (!bytes) return Error{ErrorCode::not_found, "'" + done->file + "' is gone, or cannot be read", "view"};
+    Sha256 hash;
+    hash.update(*bytes);
+    if (const std::string found = to_hex(hash.finish()); found != done->view.sha256()) {
+      return Error{ErrorCode::internal,
+                   fmt::format("its file has the SHA-256 {}, that of the picture is {}", found, done->view.sha256()),
+                   "view"};
+    }
+    return whole(*bytes, std::move(done->view));
+  }
+  if (done.error().code != ErrorCode::failed_precondition || asked.view() != record->views_done ||
+      is_final(record->state)) {
+    return done.error();
+  }
+  bool running = false;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = running_.find(record->id);
+    running = found != running_.end() && !found->second.over && found->second.attempt;
+    if (running) found->second.attempt->checkpoint_soon(kFreshSeconds);
+  }
+  auto newest = checkpoints_.look(record->id, std::max(checkpoint, 2 * planes));
+  const auto header = newest.file ? CheckpointHeader::read(newest.file->header) : std::nullopt;
+  pb::JobView view;
+  view.set_view(asked.view());
+  if (header && header->view == asked.view() && header->frame_end) {
+    view.mutable_end()->ParseFromString(*header->frame_end);
+    return whole(newest.file->body, std::move(view));
+  }
+  if (!can_checkpoint(wanted.settings)) {
+    return Error{ErrorCode::failed_precondition,
+                 fmt::format("view {} is not done, and mode {} with variant {} has no checkpoints that could be shown",
+                             asked.view(), to_string(wanted.settings.mode), to_string(wanted.settings.variant)),
+                 "view"};
+  }
+  if (!header || header->view != asked.view()) {
+    return Error{running ? ErrorCode::unavailable : ErrorCode::failed_precondition,
+                 fmt::format("view {} has no checkpoint{}", asked.view(), running ? " so far" : ""), "view",
+                 running ? kFreshSeconds / 2 : 0};
+  }
+  const auto picture = PictureCheckpoint::decode(std::move(newest.file->body), wanted.settings);
+  if (!picture) return picture.error();
+  if (const auto kept = kept_progress(*header)) *view.mutable_end()->mutable_totals() = kept->progress;
+  ResultTiles tiles{std::move(view), JobTiles::of_checkpoint(*picture, wanted)};
+  tiles.tiles.count(std::move(*memory));
+  return tiles;
 }
 
 DurableJobs::Listener DurableJobs::listen(std::function<void()> told) {
@@ -513,6 +621,8 @@ void DurableJobs::attempt_over(const std::string& id, const JobAttempt::Outcome&
   {
     const std::lock_guard lock(mutex_);
     Running& running = running_.at(id);
+    if (const auto kept = running.attempt ? running.attempt->kept() : std::nullopt) kept_progress_[id] = *kept;
+    if (state && is_final(*state)) kept_progress_.erase(id);
     if (state == JobState::queued && outcome.retry_after_s > 0) {
       // What is lacking may never come: each try waits twice as long as the one before.
       const int tries = std::min(tries_[id]++, kMostDoublings);
@@ -532,6 +642,8 @@ void DurableJobs::attempt_over(const std::string& id, const JobAttempt::Outcome&
 void DurableJobs::come_to_end(const std::string& id) {
   scenes_.release(id);
   checkpoints_.remove(id);
+  const std::lock_guard lock(mutex_);
+  kept_progress_.erase(id);
 }
 
 bool DurableJobs::drain(double deadline_s) {

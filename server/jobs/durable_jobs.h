@@ -22,6 +22,7 @@
 #include "server/base/task_thread.h"
 #include "server/jobs/job_attempt.h"
 #include "server/jobs/job_stores.h"
+#include "server/jobs/job_tiles.h"
 #include "server/state/state_folder.h"
 
 namespace helio {
@@ -52,6 +53,15 @@ class DurableJobs {
     std::string file;
   };
   Result<ResultFile> result(const std::string& id, std::uint32_t view) const;
+
+  // The same as tiles, of a view that is done or of the newest checkpoint of the one in hand.
+  struct ResultTiles {
+    pb::JobView view;
+    JobTiles tiles;
+  };
+  // Errors besides: invalid_argument (format, window); failed_precondition: there is nothing to be shown, or never will
+  // be before the view is done; unavailable, with a time to try again: its first checkpoint is on its way.
+  Result<ResultTiles> tiles(const pb::GetResultRequest& request);
 
   // For watches. `told` is called after every change of any job, until the listener is let go; on the thread that made
   // the change, so it returns at once.
@@ -85,7 +95,8 @@ class DurableJobs {
   };
 
   std::optional<pb::SubmitJobResponse> find_again(const pb::SubmitJobRequest& asked) const;
-  Status take_up();  // what an earlier daemon has left
+  Status take_up(std::vector<std::string>& notices);  // what an earlier daemon has left
+  void note_progress(const std::string& id);
   void schedule();
   void forget_old();
   bool begin_next();
@@ -115,6 +126,7 @@ class DurableJobs {
   mutable std::mutex mutex_;  // of the rest
   std::condition_variable changed_;
   std::map<std::string, Running> running_;     // by job
+  std::map<std::string, KeptProgress> kept_progress_;  // by job, of those that are not at their end
   std::map<std::string, double> not_before_;   // now_s(), of jobs that wait for what they lacked
   std::map<std::string, int> tries_;           // of these, in a row
   double look_again_s_ = kNever;               // now_s(): the state folder could not be asked, or told

@@ -9,9 +9,11 @@
 
 #include "renderer/base/unix_time.h"
 #include "renderer/codec/atomic_file.h"
+#include "renderer/frame/checkpoint/checkpoint_picture.h"
 #include "server/base/build_info.h"
 #include "server/base/guarded.h"
 #include "server/base/retry.h"
+#include "server/jobs/load_kept_scene.h"
 
 namespace helio {
 namespace {
@@ -70,6 +72,26 @@ void JobAttempt::ask(Request request, const std::string& by) {
   signals_->asked_by = by;
   loading_.cancel();
   signals_->changed.notify_all();
+}
+
+std::optional<KeptProgress> kept_progress(const CheckpointHeader& header) {
+  KeptProgress kept{header.view, {}, header.time_s};
+  if (header.frame_end || header.progress.empty() || !kept.progress.ParseFromString(header.progress))
+    return std::nullopt;
+  return kept;
+}
+
+std::optional<KeptProgress> JobAttempt::kept() const {
+  const std::lock_guard lock(signals_->mutex);
+  return signals_->kept;
+}
+
+void JobAttempt::checkpoint_soon(double max_age_s) {
+  std::unique_lock lock(signals_->mutex);
+  const auto rendering = signals_->rendering.lock();
+  const bool old = !signals_->kept || unix_time_s() - signals_->kept->checkpoint_s > max_age_s;
+  lock.unlock();
+  if (rendering && old) rendering->loop().checkpoint_soon();
 }
 
 std::optional<JobAttempt::Progress> JobAttempt::progress() const {
@@ -136,33 +158,13 @@ Status JobAttempt::load() {
   if (!held) {
     const std::lock_guard one_at_a_time(stores_.loading);
     if (asked_to_stop()) return Error{ErrorCode::cancelled, "it was asked to stop", {}};
-    held = core.scenes.acquire(record_.scene_id, "scene_id");
-    if (!held) held = load_again();
+    held = load_kept_scene(core, stores_.scenes, record_.scene_id, loading_);
     if (!held) return held.error();
   }
   auto planned = plan_job(core, request_.job(), "job");
   if (!planned) return planned.error();
   planned_ = std::move(*planned);
   return ok_status();
-}
-
-Result<SceneLease> JobAttempt::load_again() {
-  ServiceCore& core = stores_.core;
-  auto recipe = stores_.scenes.recipe(record_.scene_id, core.memory);
-  if (!recipe) return recipe.error();
-  const auto loaded = core.scenes.load(std::move(recipe->request), loading_);
-  if (!loaded) return loaded.error();
-  SceneLease scene(loaded->scene);
-  if (scene->id != recipe->loaded_id) {
-    return Error{ErrorCode::failed_precondition,
-                 fmt::format("its files make scene {} now, where it was submitted with {}", scene->id.substr(0, 12),
-                             recipe->loaded_id.substr(0, 12)),
-                 "scene_id"};
-  }
-  if (recipe->changes.empty()) return scene;
-  const auto edited = core.scenes.change(scene, recipe->changes, loading_);
-  if (!edited) return edited.error();
-  return SceneLease(edited->scene);
 }
 
 Status JobAttempt::begin_rendering() {
@@ -327,19 +329,31 @@ void JobAttempt::note(const std::string& text) {
 }
 
 void JobAttempt::write_checkpoint(std::uint32_t view, const PictureCheckpoint& checkpoint) {
-  const CheckpointHeader header{view, build_, same_bits_, std::nullopt};
+  look_at_device();
+  FrameProgress progress = progress_of(checkpoint);
+  progress.budget_used = rendering_->loop().progress().budget_used;
+  CheckpointHeader header{view, build_, same_bits_, std::nullopt};
+  header.progress = to_message(progress, record_.id).SerializeAsString();
+  header.time_s = unix_time_s();
   const std::span<const std::uint8_t> body[] = {checkpoint.encode()};
   const Status written = stores_.checkpoints.write(record_.id, header.write(), body);
-  if (written.ok()) {
-    checkpoint_s_ = unix_time_s();
-  } else {
-    note("a checkpoint was not written: " + written.error().to_string());
-  }
+  if (!written.ok()) return note("a checkpoint was not written: " + written.error().to_string());
+  const std::lock_guard lock(signals_->mutex);
+  signals_->kept = kept_progress(header);
+}
+
+// What a device that has failed left to the processor has other last bits.
+void JobAttempt::look_at_device() {
+  const std::string failed = rendering_->device_failure();
+  if (failed.empty()) return;
+  same_bits_ = false;
+  note(failed);
 }
 
 std::optional<JobAttempt::Outcome> JobAttempt::finish_view(std::uint32_t view, const FrameEnd& end) {
   if (end.reason == FrameEndReason::failed) return failed({ErrorCode::internal, end.message, {}});
   if (end.reason == FrameEndReason::cancelled) return stopped(Request::cancel, {});
+  look_at_device();
   const auto file = picture_->encode(origin_of(view));
   if (!file) return failed(file.error());
   return write_view(view, *file, to_message(FrameReport{end, 0, 0, {}}, record_.id).SerializeAsString());

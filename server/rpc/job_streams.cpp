@@ -64,7 +64,8 @@ class JobFollower {
       if (!running) return running.error();
       for (JobRecord& record : *running) {
         pb::Job job = jobs_.describe(record);
-        if (job.has_progress()) due_.push_back(std::move(job));
+        // What a checkpoint tells before the attempt renders has no rate, and is no news.
+        if (job.progress().samples_per_second() > 0) due_.push_back(std::move(job));
       }
       next_look_s_ = now_s() + kProgressInterval;
       core_.timers.call_at(next_look_s_, [waker = waker_] {
@@ -195,6 +196,37 @@ class ResultFile final : public MessageSource {
   std::uint64_t left_ = 0;
 };
 
+// The picture of a view, tile by tile: each is made when the one before is on its way.
+class ResultTiles final : public MessageSource {
+ public:
+  ResultTiles(DurableJobs& jobs, const pb::GetResultRequest& request) : jobs_(jobs), request_(request) {}
+
+  Result<Next> next() override {
+    pb::GetResultResponse response;
+    if (!tiles_) {
+      auto result = jobs_.tiles(request_);
+      if (!result) return result.error();
+      tiles_ = std::move(result->tiles);
+      *response.mutable_begin() = std::move(result->view);
+      samples_ = response.begin().end().totals().samples_per_pixel();
+      return message(response);
+    }
+    auto tile = tiles_->next();
+    if (!tile) return tile.error();
+    if (!*tile) return over();
+    (*tile)->samples_per_pixel = samples_;
+    *response.mutable_tile() = to_message(**tile, request_.job_id());
+    response.mutable_tile()->set_exr((*tile)->bytes.data(), (*tile)->bytes.size());
+    return message(response);
+  }
+
+ private:
+  DurableJobs& jobs_;
+  const pb::GetResultRequest request_;
+  std::optional<JobTiles> tiles_;
+  std::uint32_t samples_ = 0;
+};
+
 // Accepted, progress, the result of every view, the last one's as the job's.
 class DetachedJob final : public MessageSource {
  public:
@@ -286,6 +318,7 @@ PulledStream::Make watch_job(ServiceCore& core, DurableJobs& jobs, pb::WatchJobR
 
 PulledStream::Make get_result(DurableJobs& jobs, pb::GetResultRequest request) {
   return [&jobs, request = std::move(request)](const auto&) -> Result<std::unique_ptr<MessageSource>> {
+    if (request.has_tiles()) return std::unique_ptr<MessageSource>(std::make_unique<ResultTiles>(jobs, request));
     return std::unique_ptr<MessageSource>(std::make_unique<ResultFile>(jobs, request));
   };
 }

@@ -177,14 +177,20 @@ std::shared_ptr<const PlacedScene> DeviceRendering::newest() const {
 
 // Sends a notice about the device that `on` lies on, once for each device.
 void DeviceRendering::tell(const PlacedScene& on, std::string_view what) {
+  const std::string notice =
+      fmt::format("{} ({}) {}; the picture goes on on the CPU", on.name, on.device->info().name, what);
   {
     const std::lock_guard lock(mutex_);
     if (!told_.insert(on.name).second) return;
+    failure_ = notice;
   }
-  const std::string notice =
-      fmt::format("{} ({}) {}; the picture goes on on the CPU", on.name, on.device->info().name, what);
   spdlog::warn("{}", notice);
   notify_(notice);
+}
+
+std::string DeviceRendering::failure() const {
+  const std::lock_guard lock(mutex_);
+  return failure_;
 }
 
 IntegrateFunction DeviceRendering::tracer(std::shared_ptr<const RenderScene> scene) {

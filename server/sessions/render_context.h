@@ -46,6 +46,8 @@ class RenderContext : public std::enable_shared_from_this<RenderContext>, privat
 
   // That is rendered; valid until the next call of switch_scene().
   const LoadedScene& scene() const;
+  // What is to be said of a device that has failed; empty: none has.
+  std::string device_failure() const { return device_->failure(); }
   // Gives back what place() has placed: no later frame is rendered on a device.
   void release_device();
   // Puts a scene that is about to be rendered on the settings' device, if it is not there. Takes as long as a build;

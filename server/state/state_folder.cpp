@@ -93,6 +93,11 @@ Result<StateFolder> StateFolder::open(const std::string& directory) {
     if (::mkdir((path + folder).c_str(), 0700) == 0 || errno == EEXIST) continue;
     return unusable(path, "cannot be written: " + system_text());
   }
+  // Of a daemon that was killed while it wrote the file below.
+  for (fs::directory_iterator entry(path, failed), end; !failed && entry != end; entry.increment(failed)) {
+    std::error_code ignored;
+    if (entry->path().filename().string().starts_with("write-test")) fs::remove(entry->path(), ignored);
+  }
   const std::string probe = path + "/write-test";
   const std::vector<std::uint8_t> bytes(kProbeBytes, 0x5a);
   if (const Status written = write_file_atomically(probe, bytes); !written.ok()) {
