@@ -149,6 +149,7 @@ struct RenderLoop::Impl final : PieceSource {
   void set_rate(std::optional<double> bytes_per_second);
   void cancel();
   void republish();
+  void begin_checkpoints(CheckpointOptions checkpoint_options);
   void checkpoint_soon();
   FrameProgress progress() const;
   std::size_t memory_bytes() const;
@@ -240,6 +241,7 @@ struct RenderLoop::Impl final : PieceSource {
   std::uint64_t invalid_samples = 0;   // since the loop was made
   std::uint64_t frame_samples = 0;     // pixel samples since the frame began
   bool planned = false;                // the pipeline carries out a plan of this frame
+  bool half_allocated = false;         // a plan that was to give pixels their counts was cut short
   std::shared_ptr<FrameRecord> frame;  // in flight; null: none
   std::shared_ptr<CancelToken> token = std::make_shared<CancelToken>();
   std::uint64_t frames = 0;
@@ -437,6 +439,18 @@ void RenderLoop::Impl::cancel() {
     next = Next::nothing;
   }
   engine.wake(id);
+}
+
+void RenderLoop::Impl::begin_checkpoints(CheckpointOptions checkpoint_options) {
+  std::unique_lock lock(mutex);
+  std::optional<CheckpointMaker> made;
+  while (!checkpoints && !(made && made->suits(settings))) {
+    const RenderSettings wanted = settings;
+    lock.unlock();  // touching the memory of a large film takes long
+    made.emplace(checkpoint_options, wanted);
+    lock.lock();
+  }
+  if (!checkpoints) checkpoints = std::move(made);
 }
 
 void RenderLoop::Impl::checkpoint_soon() {
@@ -737,6 +751,7 @@ void RenderLoop::Impl::begin_picture(bool reuse, Retired& retired) {
   } else if (reuse) {
     ++history.generation;
   }
+  half_allocated = false;
   PictureState begun;
   begun.state = with_costs_of(picture.state);
   begun.state.reproject_due = reuse;
@@ -773,7 +788,7 @@ StageContext RenderLoop::Impl::stage_context() {
 
 // Whether the picture can be copied, and is to be.
 bool RenderLoop::Impl::checkpoint_due(double now) const {
-  return checkpoints && picture.samples > 0 && checkpoints->free() && checkpoints->clock.due(now) &&
+  return checkpoints && picture.samples > 0 && !half_allocated && checkpoints->free() && checkpoints->clock.due(now) &&
          (!lights || lights->settled(picture.state.done));
 }
 
@@ -789,6 +804,7 @@ bool RenderLoop::Impl::display_due() const {
 void RenderLoop::Impl::note_finished_plan(double now) {
   const FramePlan& plan = pipeline.plan();
   FrameState& state = picture.state;
+  if (!pipeline.cut()) half_allocated = false;
   pipeline.grid().done_everywhere(state.done);
 
   const std::uint64_t added = picture.samples - state.round.samples;
@@ -846,8 +862,11 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
   state.tiles_alone = !film->splats() && !lights;
   state.display_due = display_due();
   state.checkpoint_due = checkpoint_due(now);
+  state.checkpoint_asked = checkpoints && checkpoints->clock.asked();
   const FramePlan plan = scheduler.plan_next(state, now - view_accepted_s, backlog, now);
   FrameStages stages = make_stages(plan, stage_context());
+  half_allocated |= std::any_of(plan.before.begin(), plan.before.end(),
+                                [](const StageRequest& stage) { return stage.id == StageId::allocate; });
   if (lights) {
     const Camera camera(frame->begin.camera, settings.width, settings.height, scene->origin(), settings.filter);
     lights->aim(camera, token, *film);
@@ -1038,6 +1057,9 @@ std::size_t RenderLoop::memory_bytes() const {
 std::uint64_t RenderLoop::invalid_samples() const {
   const std::lock_guard lock(impl_->mutex);
   return impl_->invalid_samples;
+}
+void RenderLoop::begin_checkpoints(CheckpointOptions options) {
+  impl_->begin_checkpoints(std::move(options));
 }
 void RenderLoop::checkpoint_soon() {
   impl_->checkpoint_soon();

@@ -156,6 +156,9 @@ class RenderLoop {
   std::size_t memory_bytes() const;  // film and scratch
   std::uint64_t invalid_samples() const;  // over all of the loop's life, whatever became of the film that they missed
 
+  // As RenderLoopOptions::checkpoints, of a loop that was made without; their memory is allocated in the calling thread
+  // (std::bad_alloc). A loop that makes some already stays as it is.
+  void begin_checkpoints(CheckpointOptions options);
   // Makes a checkpoint of the picture in flight at the next boundary between two plans, a second or so away (one sample
   // of every pixel, where that takes longer), and not before the newest one is free (CheckpointOptions). Where the
   // frame ends before, of the next frame.

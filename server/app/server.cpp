@@ -157,8 +157,9 @@ Server::~Server() {
   if (!impl_->jobs) return;
   // Loads and calls in hand use what goes before their threads do.
   impl_->core.loader.stop();
+  impl_->core.placer.stop();
   impl_->jobs->calls().stop();
-  while (impl_->core.loader.busy() || impl_->jobs->calls().busy())
+  while (impl_->core.loader.busy() || impl_->core.placer.busy() || impl_->jobs->calls().busy())
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 
@@ -191,7 +192,11 @@ bool Server::drain(double grace_s) {
   core.draining = true;
   impl_->server->GetHealthCheckService()->SetServingStatus(false);
   const grpc::Status status(grpc::StatusCode::UNAVAILABLE, "the daemon is draining");
-  for (const auto& session : core.sessions.list()) session->drain(status);
+  if (impl_->jobs && grace_s > 0) {
+    impl_->jobs->sessions().keep_all(deadline - std::min(kResultSeconds, grace_s / 2));
+  } else {
+    for (const auto& session : core.sessions.list()) session->drain(status);
+  }
   // Comparisons have told all that a later call needs to go on.
   impl_->compare.queue.cancel_all();
   const double result_seconds = std::min(kResultSeconds, grace_s / 2);
@@ -203,7 +208,11 @@ bool Server::drain(double grace_s) {
     core.jobs.wait_until_empty(deadline);
   }
   impl_->compare.queue.wait_until_empty(deadline);
-  if (impl_->jobs) impl_->jobs->close();
+  if (impl_->jobs) {
+    if (!impl_->jobs->sessions().wait_until_kept(deadline))
+      spdlog::warn("not all sessions are kept for the next daemon");
+    impl_->jobs->close();
+  }
   const auto last_calls = deadline_in(std::min(kLastCallsSeconds, deadline - now_s()));
   impl_->stopper = std::thread([this, last_calls] {
     impl_->server->Shutdown(last_calls);

@@ -37,6 +37,7 @@ struct ServerConfig {
   int max_jobs = 16;                    // that run
   int max_queued_jobs = 10000;          // durable ones that wait or are paused
   std::uint64_t max_state_scene_bytes = 10ull << 30;  // uploads that durable jobs may load again
+  std::uint64_t max_state_session_bytes = 4ull << 30;  // pictures of sessions that are kept for the next daemon
   int max_scenes = 64;
   int max_queued_loads = 16;             // and as many edits, and as many replays
   int max_streams = 256;                 // calls of one connection at a time

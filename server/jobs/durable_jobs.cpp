@@ -77,7 +77,8 @@ DurableJobs::DurableJobs(ServiceCore& core, OutputRoots outputs, StateFolder fol
       scenes_(folder_.scenes(), core.config.max_state_scene_bytes),
       stores_{core,     *table_,           checkpoints_,
               scenes_,  outputs_,          folder_.results(),
-              core.config.checkpoint_interval_s, {}} {}
+              core.config.checkpoint_interval_s, {}},
+      sessions_(core, folder_.sessions(), scenes_) {}
 
 Result<std::unique_ptr<DurableJobs>> DurableJobs::open(ServiceCore& core, const std::string& folder,
                                                        std::vector<std::string>& notices) {
@@ -96,6 +97,7 @@ Result<std::unique_ptr<DurableJobs>> DurableJobs::open(ServiceCore& core, const 
 void DurableJobs::begin() {
   core_.jobs.on_removed([this] { wake(); });
   thread_ = std::thread([this] { schedule(); });
+  sessions_.begin();
 }
 
 DurableJobs::~DurableJobs() {
@@ -117,7 +119,8 @@ DurableJobs::~DurableJobs() {
 Status DurableJobs::take_up(std::vector<std::string>& notices) {
   table_->on_events([this] { tell(); });
   if (const Status opened = checkpoints_.open(); !opened.ok()) return opened;
-  std::vector<SceneStore::Held> held;
+  if (const Status opened = sessions_.open(notices); !opened.ok()) return opened;
+  std::vector<SceneStore::Held> held = sessions_.held();
   std::vector<JobRecord> unfinished;
   for (const JobState state : {JobState::queued, JobState::running, JobState::paused}) {
     const auto jobs = table_->in_state(state);

@@ -23,6 +23,7 @@
 #include "server/jobs/job_attempt.h"
 #include "server/jobs/job_stores.h"
 #include "server/jobs/job_tiles.h"
+#include "server/jobs/session_keeper.h"
 #include "server/state/state_folder.h"
 
 namespace helio {
@@ -81,6 +82,9 @@ class DurableJobs {
   void close();
   bool closed() const { return closed_; }
 
+  // Sessions that the next daemon goes on with.
+  SessionKeeper& sessions() { return sessions_; }
+
   // For the calls that may wait for the disk.
   TaskThread& calls() { return calls_; }
   Error too_many_calls() const;
@@ -114,6 +118,7 @@ class DurableJobs {
   CheckpointFiles checkpoints_;
   SceneStore scenes_;
   JobStores stores_;
+  SessionKeeper sessions_;
 
   static constexpr double kNever = std::numeric_limits<double>::infinity();
   static constexpr std::size_t kMaxWaitingCalls = 4096;

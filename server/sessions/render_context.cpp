@@ -3,6 +3,9 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <utility>
 
 #include "renderer/base/clock.h"
 #include "renderer/film/display/display_layer.h"
@@ -15,6 +18,7 @@ namespace helio {
 namespace {
 
 constexpr double kProgressInterval = 0.25;
+constexpr double kLongestCopySeconds = 4;  // that a picture may take to the end of a plan
 
 std::uint64_t pixels(const RenderSettings& settings) {
   return std::uint64_t(settings.width) * std::uint64_t(settings.height);
@@ -217,6 +221,46 @@ Status RenderContext::prepare_display(const RenderSettings& settings, unsigned c
   if (!display) return display.error();
   update.display = std::move(*display);
   return ok_status();
+}
+
+Result<std::shared_ptr<const PictureCheckpoint>> RenderContext::copy_picture(const RenderSettings& settings,
+                                                                             const Budget& budget,
+                                                                             double deadline_s) {
+  if (!can_checkpoint(settings)) {
+    return Error{ErrorCode::failed_precondition,
+                 fmt::format("mode {} with variant {} draws on pictures before it, which are not copied",
+                             to_string(settings.mode), to_string(settings.variant)),
+                 {}};
+  }
+  auto memory = resources_.memory.reserve(checkpoint_bytes(settings), "a copy of the picture");
+  if (!memory) return memory.error();
+  struct Copy {
+    std::mutex mutex;
+    std::condition_variable made;
+    std::shared_ptr<const PictureCheckpoint> picture;
+  };
+  const auto copy = std::make_shared<Copy>();
+  CheckpointOptions options;
+  options.interval_s = 0;
+  options.keep = [copy](std::shared_ptr<const PictureCheckpoint> picture) {
+    const std::lock_guard lock(copy->mutex);
+    copy->picture = std::move(picture);
+    copy->made.notify_all();
+  };
+  options.count = std::make_shared<const Reservation>(std::move(*memory));
+  loop_->begin_checkpoints(std::move(options));
+  loop_->checkpoint_soon();
+  RenderLoop::Update go_on;
+  go_on.budget = budget;
+  loop_->update(go_on);
+  const double left = std::clamp(deadline_s - now_s(), 0.0, kLongestCopySeconds);
+  std::unique_lock lock(copy->mutex);
+  copy->made.wait_for(lock, std::chrono::duration<double>(left), [&] { return copy->picture != nullptr; });
+  auto picture = std::exchange(copy->picture, nullptr);
+  lock.unlock();
+  loop_->cancel();
+  if (!picture) return Error{ErrorCode::unavailable, "its picture could not be copied in time", {}};
+  return picture;
 }
 
 Result<Reservation> RenderContext::reserve_queue(const RenderSettings& settings, const TileFormat& format) const {

@@ -74,6 +74,13 @@ class RenderContext : public std::enable_shared_from_this<RenderContext>, privat
   Status keep_queue(Result<Reservation> memory, const RenderSettings& settings, const TileFormat& format);
   void release_queue() { queue_memory_.release(); }
 
+  // A copy of the picture in hand, of these settings and this budget, which goes on for it to the next boundary between
+  // two plans (a sample of every pixel at most) and then rests. Memory is reserved without making room.
+  // failed_precondition: such pictures have no copies; resource_exhausted: max_memory; unavailable: it was not made by
+  // `deadline_s` (now_s() clock), or within seconds.
+  Result<std::shared_ptr<const PictureCheckpoint>> copy_picture(const RenderSettings& settings, const Budget& budget,
+                                                                double deadline_s);
+
   // Puts the progress into the stream's queue about four times a second, until the stream ends or is replaced.
   void report_progress(const std::shared_ptr<OutboundStream>& stream);
 

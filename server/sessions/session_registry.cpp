@@ -11,6 +11,11 @@
 #include "server/base/retry.h"
 
 namespace helio {
+namespace {
+
+constexpr double kSoonSeconds = 0.5;  // that loading a scene again takes, as a first guess
+
+}  // namespace
 
 std::string make_id(const char* prefix) {
   std::array<std::uint8_t, 12> bytes;
@@ -56,22 +61,59 @@ Result<std::shared_ptr<Session>> SessionRegistry::create(const RenderContext::Re
         {},
         kRetrySeconds};
   }
+  return make(make_id("s-"), place, resources, std::move(scene), settings, budget, grace_s, limits);
+}
+
+Result<std::shared_ptr<Session>> SessionRegistry::make_again(const std::string& id,
+                                                             const RenderContext::Resources& resources,
+                                                             SceneLease scene, const RenderSettings& settings,
+                                                             const Budget& budget, double grace_s,
+                                                             const RenderLimits& limits) {
+  Place place(*this);
+  if (!place.take()) {
+    return Error{ErrorCode::resource_exhausted,
+                 fmt::format("max_sessions: there are {} sessions, as many as are allowed", max_sessions_), {}};
+  }
+  return make(id, place, resources, std::move(scene), settings, budget, grace_s, limits);
+}
+
+Result<std::shared_ptr<Session>> SessionRegistry::make(std::string id, Place& place,
+                                                       const RenderContext::Resources& resources, SceneLease scene,
+                                                       const RenderSettings& settings, const Budget& budget,
+                                                       double grace_s, const RenderLimits& limits) {
   auto rendering = RenderContext::create(resources, std::move(scene), settings, budget, RenderRank::interactive,
                                          FramePublisher::Tiles::all, TileFormat().channels);
   if (!rendering) return rendering.error();
-  auto session = std::make_shared<Session>(make_id("s-"), std::move(*rendering), settings, budget,
+  auto session = std::make_shared<Session>(std::move(id), std::move(*rendering), settings, budget,
                                            TileFormat().channels, grace_s, limits);
   const std::lock_guard lock(mutex_);
+  if (sessions_.contains(session->id()))
+    return Error{ErrorCode::failed_precondition, "there is a session '" + session->id() + "' already", {}};
   check_grace_later(session, grace_s);  // it finds the session once the lock is free
   sessions_.emplace(session->id(), session);
   place.pass_on();
   return session;
 }
 
+void SessionRegistry::expect(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  expected_.insert(id);
+}
+
+void SessionRegistry::expect_no_more(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  expected_.erase(id);
+}
+
+Error SessionRegistry::no_session(const std::string& id, const std::string& where) const {
+  if (!expected_.contains(id)) return {ErrorCode::not_found, "there is no session '" + id + "'", where};
+  return {ErrorCode::unavailable, "session '" + id + "' of the daemon before is being taken up", where, kSoonSeconds};
+}
+
 Result<std::shared_ptr<Session>> SessionRegistry::find(const std::string& id, const std::string& where) const {
   const std::lock_guard lock(mutex_);
   const auto found = sessions_.find(id);
-  if (found == sessions_.end()) return Error{ErrorCode::not_found, "there is no session '" + id + "'", where};
+  if (found == sessions_.end() || expected_.contains(id)) return no_session(id, where);
   return found->second;
 }
 
@@ -80,7 +122,7 @@ Status SessionRegistry::close(const std::string& id, const std::string& where, c
   {
     const std::lock_guard lock(mutex_);
     const auto found = sessions_.find(id);
-    if (found == sessions_.end()) return Error{ErrorCode::not_found, "there is no session '" + id + "'", where};
+    if (found == sessions_.end()) return no_session(id, where);
     session = std::move(found->second);
     sessions_.erase(found);
   }

@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,14 @@ class SessionRegistry {
   Result<std::shared_ptr<Session>> create(const RenderContext::Resources& resources, SceneLease scene,
                                           const RenderSettings& settings, const Budget& budget, double grace_s,
                                           const RenderLimits& limits);
+  // The same of a session of an earlier daemon, under its id and with no other ended for it. failed_precondition: the
+  // id is taken.
+  Result<std::shared_ptr<Session>> make_again(const std::string& id, const RenderContext::Resources& resources,
+                                              SceneLease scene, const RenderSettings& settings, const Budget& budget,
+                                              double grace_s, const RenderLimits& limits);
+  // Between the two, find() and close() answer unavailable for this id, with a time to try again.
+  void expect(const std::string& id);
+  void expect_no_more(const std::string& id);
   Result<std::shared_ptr<Session>> find(const std::string& id, const std::string& where) const;
   // Its stream ends with `status`.
   Status close(const std::string& id, const std::string& where, const grpc::Status& status);
@@ -38,6 +47,10 @@ class SessionRegistry {
   // A place that is taken before its session is there.
   class Place;
 
+  Result<std::shared_ptr<Session>> make(std::string id, Place& place, const RenderContext::Resources& resources,
+                                        SceneLease scene, const RenderSettings& settings, const Budget& budget,
+                                        double grace_s, const RenderLimits& limits);
+  Error no_session(const std::string& id, const std::string& where) const;  // with mutex_ held
   bool end_longest_idle();
   std::vector<std::shared_ptr<Session>> by_idle_time() const;  // those without a listener, the longest first
   bool end_idle(const std::shared_ptr<Session>& session);
@@ -47,6 +60,7 @@ class SessionRegistry {
   TimerQueue& timers_;
   mutable std::mutex mutex_;
   std::map<std::string, std::shared_ptr<Session>> sessions_;
+  std::set<std::string> expected_;  // expect()
   int creating_ = 0;
 };
 

@@ -89,7 +89,7 @@ Result<StateFolder> StateFolder::open(const std::string& directory) {
       ::pwrite(lock.value, process.data(), process.size(), 0) != ssize_t(process.size())) {
     return unusable(path, "cannot be written: " + system_text());
   }
-  for (const char* folder : {"/checkpoints", "/scenes", "/results"}) {
+  for (const char* folder : {"/checkpoints", "/scenes", "/sessions", "/results"}) {
     if (::mkdir((path + folder).c_str(), 0700) == 0 || errno == EEXIST) continue;
     return unusable(path, "cannot be written: " + system_text());
   }

@@ -64,6 +64,13 @@ void FramePublisher::finish_cancelled(const grpc::Status& status, bool tell) {
   stream_->finish_when_drained(status);
 }
 
+void FramePublisher::mute() {
+  const std::lock_guard lock(mutex_);
+  over_ = true;
+  begin_.reset();
+  preview_.reset();
+}
+
 std::optional<FrameEnd> FramePublisher::last_end() const {
   const std::lock_guard lock(mutex_);
   return end_;

@@ -36,6 +36,9 @@ class FramePublisher final : public FrameSink {
   // With `tell`, it is told of an end even when no frame had begun, or when more frames were to come.
   void finish_cancelled(const grpc::Status& status, bool tell);
 
+  // The listener is told nothing more of frames; its call goes on.
+  void mute();
+
   // The listener is told now, and all listeners with the end of every frame from now on.
   void tell(const std::string& notice);
 
@@ -65,7 +68,7 @@ class FramePublisher final : public FrameSink {
   std::string notice_;                 // tell()
   std::optional<std::uint64_t> finish_after_;
   grpc::Status finish_status_;
-  bool over_ = false;  // no frame after a cancel
+  bool over_ = false;  // no frame after a cancel, or after mute()
 };
 
 }  // namespace helio
