@@ -73,6 +73,10 @@ using Stub = ServiceLink::Stub;
 
 }  // namespace
 
+bool RenderClient::reach(double seconds) {
+  return seconds > 0 && link_->reach(seconds);
+}
+
 Result<pb::GetServerInfoResponse> RenderClient::server_info() {
   return link_->call(&Stub::GetServerInfo, pb::GetServerInfoRequest());
 }

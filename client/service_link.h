@@ -42,6 +42,10 @@ class ServiceLink {
   const std::string& peer() const { return peer_; }
   const ConnectOptions& options() const { return options_; }
 
+  // Waits until the channel is connected, at most so many seconds. False: it is not. Without it nobody has a channel
+  // connect again between calls that fail at once.
+  bool reach(double seconds) const { return channel_->WaitForConnected(deadline_in(seconds)); }
+
   void authorize(grpc::ClientContext& context) const;
   // The outcome of a call. The notice about ignored fields is given.
   Status status_of(const grpc::Status& status, const grpc::ClientContext& context) const;
