@@ -80,6 +80,7 @@ from .kept_jobs import JobInfo as JobInfo
 from .kept_jobs import JobResult as JobResult
 from .kept_jobs import (
     KeptJobValues,
+    PictureFeed,
     ResultFeed,
     States,
     WatchFeed,
@@ -88,14 +89,16 @@ from .kept_jobs import (
     make_job_info,
     read_states,
     result_request,
+    tiles_request,
 )
 from .kept_jobs import TimeLeft as TimeLeft
 from .outbox import Outbox
 from .progress import CompareProgress, ComparisonReporter, Progress, Reporter
+from .reattachment import LONGEST_PAUSE_S, Reattachment
 from .replay import Replay as Replay
 from .scene import Details, Light, Material, Object, SceneValues, ServerInfo, check_scene, make_server_info, warn_of
 from .session_core import SessionCore, SessionMethods, SessionPlan
-from .settings import read_timeout
+from .settings import Channel, PixelType, read_timeout
 from .settings import Settings as Settings
 from .stats import Stats as Stats
 from .stats import make_stats
@@ -420,9 +423,21 @@ async def _requests(core: _Core, outbox: Outbox) -> AsyncIterator[Any]:
 
 async def _read_session(core: _Core, connection: _Connection) -> None:
     failure = await _receive_session(core, connection)
-    while core.resume(failure):
+    while core.resume(failure) or await _wait_for_daemon(core, connection, failure):
         failure = await _receive_session(core, connection)
-    core.finish(failure)
+    core.finish(core.gone(failure))
+
+
+async def _wait_for_daemon(core: _Core, connection: _Connection, failure: HeliographError | None) -> bool:
+    """Whether the session is to be attached again, now."""
+    pause = core.reattach(failure)
+    if pause is None:
+        return False
+    with contextlib.suppress(DeadlineExceeded):
+        await core.bell.wait_for(lambda: True if core.closing else None, pause, "")
+    if not core.closing:
+        await connection.reach(core.reach_s())
+    return not core.closing
 
 
 async def _receive_session(core: _Core, connection: _Connection) -> HeliographError | None:
@@ -624,17 +639,60 @@ class KeptJob(KeptJobValues):
         """As heliograph.KeptJob.set_priority."""
         return self._hear(await self._connection.run(operations.set_job_priority(self.id, priority)))
 
-    async def fetch(self, view: int = 0) -> Image:
+    async def fetch(self, view: int = 0, *, patience: float = 60) -> Image:
         """As heliograph.KeptJob.fetch; the file is decoded in another thread."""
-        chunks: list[bytes] = []
-        result = await self._fetch(view, chunks.append)
+
+        async def attempt() -> tuple[JobResult, list[bytes]]:
+            chunks: list[bytes] = []
+            return await self._fetch(view, chunks.append), chunks
+
+        result, chunks = await self._again(attempt, patience)
         return await asyncio.to_thread(lambda: image_of_result(b"".join(chunks), result, self.latest, self.notices))
 
-    async def fetch_to(self, path: str | os.PathLike[str], view: int = 0) -> pathlib.Path:
+    async def fetch_to(self, path: str | os.PathLike[str], view: int = 0, *, patience: float = 60) -> pathlib.Path:
         """As heliograph.KeptJob.fetch_to; the file is written in another thread."""
-        with AtomicFile(path, ".exr") as file:
-            await self._fetch(view, file.write)
-            return await asyncio.to_thread(file.commit)
+
+        async def attempt() -> pathlib.Path:
+            with AtomicFile(path, ".exr") as file:
+                await self._fetch(view, file.write)
+                return await asyncio.to_thread(file.commit)
+
+        return await self._again(attempt, patience)
+
+    async def picture(
+        self,
+        view: int = 0,
+        *,
+        window: Sequence[int] | None = None,
+        channels: Channel | Iterable[Channel] = (),
+        pixel_type: PixelType = "float",
+    ) -> Image:
+        """As heliograph.KeptJob.picture; the tiles are decoded in another thread."""
+        request = tiles_request(self.id, view, window, channels, pixel_type)
+        feed = PictureFeed(request, self.latest)
+        call = self._connection.open("GetResult", request, self._connection.timeout)
+        try:
+            async for response in call:
+                feed.add(response)
+        except grpc.RpcError as error:
+            raise operations.of_kept_jobs(from_rpc(error, self._connection.peer)) from None
+        except BaseException:
+            call.cancel()
+            raise
+        return await asyncio.to_thread(lambda: feed.image(self.latest, self.notices))
+
+    async def _again(self, attempt: Callable[[], Awaitable[T]], patience: float) -> T:
+        """As heliograph.KeptJob._again."""
+        waits = Reattachment(read_timeout("patience", patience, zero=True), planned=False)
+        while True:
+            try:
+                return await attempt()
+            except HeliographError as error:
+                pause = waits.pause(error)
+                if pause is None:
+                    raise
+            await asyncio.sleep(pause)
+            await self._connection.reach(min(LONGEST_PAUSE_S, waits.left()))
 
     async def _fetch(self, view: int, take: Callable[[bytes], None]) -> JobResult:
         """take: called in another thread."""
