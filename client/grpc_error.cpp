@@ -1,6 +1,24 @@
 #include "client/grpc_error.h"
 
+#include <charconv>
+#include <string_view>
+
 namespace helio {
+namespace {
+
+// Seconds of the status's google.rpc.RetryInfo, which the daemon's message ends with as well; 0: there is none.
+double retry_after_s(const grpc::Status& status) {
+  const std::string& text = status.error_message();
+  static constexpr std::string_view kWords = "; try again in ";
+  const std::size_t words = text.rfind(kWords);
+  if (words == std::string::npos || status.error_details().find("google.rpc.RetryInfo") == std::string::npos) return 0;
+  double seconds = 0;
+  const char* const end = text.data() + text.size();
+  std::from_chars(text.data() + words + kWords.size(), end, seconds);
+  return seconds > 0 ? seconds : 0;
+}
+
+}  // namespace
 
 Error to_error(const grpc::Status& status, const std::string& peer) {
   const std::string& text = status.error_message();
@@ -22,7 +40,7 @@ Error to_error(const grpc::Status& status, const std::string& peer) {
                     " has no memory left for the messages of this call (its --max-rpc-memory); try again later",
                 {}};
       }
-      return {ErrorCode::resource_exhausted, text, {}};
+      return {ErrorCode::resource_exhausted, text, {}, retry_after_s(status)};
     case grpc::StatusCode::PERMISSION_DENIED:
     case grpc::StatusCode::UNAUTHENTICATED:
       return {ErrorCode::permission_denied, text, {}};
@@ -35,7 +53,8 @@ Error to_error(const grpc::Status& status, const std::string& peer) {
       if (!text.empty() && text != "Deadline Exceeded") return {ErrorCode::unavailable, text, {}};
       return {ErrorCode::unavailable, "the server at " + peer + " did not answer in time", {}};
     case grpc::StatusCode::UNAVAILABLE:
-      return {ErrorCode::unavailable, "the server at " + peer + " is not available: " + text, {}};
+      return {ErrorCode::unavailable, "the server at " + peer + " is not available: " + text, {},
+              retry_after_s(status)};
     default:
       return {ErrorCode::internal, text.empty() ? "the call failed without a reason" : text, {}};
   }

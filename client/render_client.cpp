@@ -1,7 +1,6 @@
 #include "client/render_client.h"
 
 #include <grpcpp/create_channel.h>
-#include <grpcpp/security/credentials.h>
 
 #include <algorithm>
 #include <optional>
@@ -9,6 +8,8 @@
 #include "client/reference_upload.h"
 #include "client/scene_upload.h"
 #include "client/server_address.h"
+#include "client/tls/credentials.h"
+#include "client/tls/diagnosis.h"
 #include "renderer/base/clock.h"
 
 namespace helio {
@@ -39,7 +40,12 @@ bool wait_until_ready(grpc::Channel& channel, const ConnectOptions& options) {
 Result<std::unique_ptr<RenderClient>> RenderClient::connect(const std::string& address, const ConnectOptions& options) {
   Status valid = validate_server_address(address);
   if (!valid) return valid.error();
+  auto credentials = make_channel_credentials(options.tls);
+  if (!credentials) return credentials.error();
+  if (!options.token.empty() && !options.tls.on && !is_loopback(address) && options.notice)
+    options.notice("the token travels unencrypted to " + address + " and can be read on its way; --tls prevents that");
   grpc::ChannelArguments arguments;
+  if (options.tls.on && !options.tls.name.empty()) arguments.SetSslTargetNameOverride(options.tls.name);
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 1000);
   // Despite its name this is how long one attempt may take: a busy daemon or a slow link gets all the time there is.
@@ -50,10 +56,11 @@ Result<std::unique_ptr<RenderClient>> RenderClient::connect(const std::string& a
   arguments.SetMaxReceiveMessageSize(kMaxReceivedMessage);
   // Two clients of one process never share a connection: one that stops reading must not hold the other back.
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-  std::shared_ptr<grpc::Channel> channel =
-      grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+  std::shared_ptr<grpc::Channel> channel = grpc::CreateCustomChannel(address, *credentials, arguments);
   if (!wait_until_ready(*channel, options)) {
-    return Error{ErrorCode::unavailable, "no server answers at " + address, {}};
+    const std::string why = diagnose_tls(address, options.tls);
+    if (why.empty()) return Error{ErrorCode::unavailable, "no server answers at " + address, {}};
+    return Error{ErrorCode::unavailable, "no connection to the server at " + address + ": " + why, {}};
   }
   return std::make_unique<RenderClient>(std::move(channel), address, options);
 }
@@ -72,6 +79,10 @@ Status without_value(const Result<T>& result) {
 using Stub = ServiceLink::Stub;
 
 }  // namespace
+
+bool RenderClient::reach(double seconds) {
+  return seconds > 0 && link_->reach(seconds);
+}
 
 Result<pb::GetServerInfoResponse> RenderClient::server_info() {
   return link_->call(&Stub::GetServerInfo, pb::GetServerInfoRequest());

@@ -64,6 +64,9 @@ class RenderClient {
   // For clients of single areas (client/jobs/job_client.h).
   std::shared_ptr<const ServiceLink> link() const { return link_; }
 
+  // Waits until the daemon's address answers, at most so many seconds. False: it does not.
+  bool reach(double seconds);
+
   Result<heliograph::v1::GetServerInfoResponse> server_info();
 
   // Uploads the scene's files in chunks, with their SHA-256.

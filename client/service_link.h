@@ -11,6 +11,7 @@
 
 #include "client/call_control.h"
 #include "client/grpc_error.h"
+#include "client/tls/tls_options.h"
 #include "heliograph/v1/render_service.grpc.pb.h"
 #include "renderer/base/clock.h"
 #include "renderer/base/result.h"
@@ -21,7 +22,8 @@ struct ConnectOptions {
   double timeout_s = 10;  // for the connection, > 0
   bool retry = false;     // true: a refused connection is tried again until the timeout (a daemon that is starting)
   double call_timeout_s = 30;  // of the short calls (all but loads, edits, streams, jobs and comparisons), > 0
-  std::string token;           // a line of the daemon's token file; empty: none. Travels unencrypted
+  std::string token;           // of the daemon's token file; empty: none
+  TlsOptions tls;              // without it everything travels unencrypted, the token, too
   // Told on the thread of a call when the server is older than this client and ignored some of its request's fields.
   std::function<void(const std::string& text)> notice;
 };
@@ -39,8 +41,13 @@ class ServiceLink {
         options_(std::move(options)) {}
 
   Stub& stub() const { return *stub_; }
+  const std::shared_ptr<grpc::Channel>& channel() const { return channel_; }
   const std::string& peer() const { return peer_; }
   const ConnectOptions& options() const { return options_; }
+
+  // Waits until the channel is connected, at most so many seconds. False: it is not. Without it nobody has a channel
+  // connect again between calls that fail at once.
+  bool reach(double seconds) const { return channel_->WaitForConnected(deadline_in(seconds)); }
 
   void authorize(grpc::ClientContext& context) const;
   // The outcome of a call. The notice about ignored fields is given.

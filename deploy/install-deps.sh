@@ -19,17 +19,18 @@ packages=(
   # libraries; libembree-dev is Embree 3.13 in Debian 12 and Embree 4 in Debian 13
   libabsl-dev libboost-dev libcli11-dev libdeflate-dev libdraco-dev libembree-dev libgrpc++-dev libimath-dev libmeshoptimizer-dev libopenexr-dev
   libopenimageio-dev libprotobuf-dev libpugixml-dev libspdlog-dev libspng-dev libsqlite3-dev libssl-dev libtbb-dev libturbojpeg0-dev
-  nlohmann-json3-dev zlib1g-dev
+  nlohmann-json3-dev prometheus-cpp-dev zlib1g-dev
   # headers and loader of Vulkan, which nothing is linked to (libvolk-dev is another library)
   libvulkan-dev libvulkan-volk-dev
   # without its programs OpenImageIO's CMake configuration does not load in Debian 13
   openimageio-tools
 )
-# The tests read our files with exrheader and oiiotool, our manuals with groff, and the viewer in a browser, and trace
-# paths on Mesa's software device; the Python package is built by hatchling.
+# The tests read our files with exrheader and oiiotool, our manuals with groff, and the viewer in a browser, trace
+# paths on Mesa's software device, and make certificates with openssl; the Python package is built by hatchling;
+# systemd's tools look at our unit.
 test_packages=(chromium chromium-driver fonts-dejavu-core groff-base libgtest-dev libvulkan1 mesa-vulkan-drivers openexr
-  python3-grpcio python3-hatchling python3-numpy python3-pip python3-protobuf python3-pytest python3-selenium python3-tqdm
-  python3-venv spirv-tools vulkan-validationlayers)
+  openssl python3-grpcio python3-hatchling python3-numpy python3-pip python3-protobuf python3-pytest python3-selenium
+  python3-tqdm python3-venv python3-yaml spirv-tools systemd vulkan-validationlayers)
 fuzz_packages=(clang libclang-rt-dev)
 package_packages=(dpkg-dev file)
 bench_packages=(blender python3-numpy python3-venv libllvm19)

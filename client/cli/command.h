@@ -21,6 +21,7 @@ Command add_render(CLI::App& root);
 Command add_move(CLI::App& root);
 Command add_view(CLI::App& root);
 Command add_info(CLI::App& root);
+Command add_health(CLI::App& root);
 Command add_scene(CLI::App& root);
 Command add_replay(CLI::App& root);
 Command add_edit(CLI::App& root);
@@ -31,6 +32,7 @@ Command add_jobs(CLI::App& root);
 Command add_job(CLI::App& root);
 Command add_top(CLI::App& root);
 Command add_merge(CLI::App& root);
+Command add_token(CLI::App& root);
 
 // Runs a command as if `words` stood behind its name. Returns the exit code.
 int run_words(const std::function<Command(CLI::App& root)>& add, const std::vector<std::string>& words);

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "client/comparison_record.h"
+#include "client/comparison/comparison_record.h"
 #include "renderer/comparison/comparison_table.h"
 #include "renderer/comparison/interval.h"
 #include "renderer/comparison/log_ratio.h"

@@ -1,10 +1,12 @@
 #include "client/cli/connection.h"
 
+#include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
 #include <cstdlib>
 
 #include "client/server_address.h"
+#include "client/tls/credentials.h"
 #include "renderer/base/instruction_set.h"
 #include "server/app/server.h"
 #include "server/base/access_tokens.h"
@@ -21,6 +23,20 @@ void add_address_options(CLI::App& app, ConnectionOptions& options, const std::s
   add_text(app, options.token_file, "--token-file", "FILE",
            "The daemon's token: the first line of FILE that is neither empty nor begins with #. Only with --server; "
            "default: the variable HELIOGRAPH_TOKEN_FILE, or none");
+  add_flag(app, options.tls, "--tls",
+           "Encrypt the connection (TLS). So does each of the next four, and the variable HELIOGRAPH_TLS=on");
+  add_text(app, options.tls_ca, "--tls-ca", "FILE",
+           "Authorities that the daemon's certificate may come from, PEM. Default: the variable HELIOGRAPH_TLS_CA, or "
+           "those of the system");
+  add_text(app, options.tls_certificate, "--tls-certificate", "FILE",
+           "This client's certificate, PEM, for a daemon that asks for one. Default: the variable "
+           "HELIOGRAPH_CLIENT_CERTIFICATE, or none");
+  add_text(app, options.tls_key, "--tls-key", "FILE",
+           "Its key, PEM, without a passphrase. Default: the variable HELIOGRAPH_CLIENT_KEY, or none");
+  add_text(
+      app, options.tls_name, "--tls-name", "NAME",
+      "Name that the daemon's certificate has. Default: the variable HELIOGRAPH_TLS_NAME, or the host of --server");
+  add_flag(app, options.no_tls, "--no-tls", "Do not encrypt the connection, whatever those variables say");
 }
 
 }  // namespace
@@ -45,7 +61,40 @@ Result<std::string> read_token(const std::string& file) {
   const auto lines = read_token_lines(file);
   if (!lines) return Error{ErrorCode::not_found, "'" + file + "' cannot be read", {}};
   if (lines->empty()) return Error{ErrorCode::invalid_argument, "'" + file + "' holds no token", {}};
-  return lines->front().text;
+  const TokenLine& line = lines->front();
+  if (line.text.find_first_of(" \t") == std::string::npos) return line.text;
+  return Error{
+      ErrorCode::invalid_argument,
+      fmt::format("line {} of '{}' holds no token but what a daemon knows of one; allowed: a token", line.number, file),
+      {}};
+}
+
+// An option's value, or that of a variable; empty: neither is given.
+std::string text_or_variable(const TextOption& option, const char* name, OptionReader& reader) {
+  const char* variable = std::getenv(name);
+  return option.given() ? reader.text(option).value_or("") : variable ? variable : "";
+}
+
+TlsOptions read_tls(const ConnectionOptions& options, OptionReader& reader) {
+  TlsOptions tls;
+  tls.ca_file = text_or_variable(options.tls_ca, "HELIOGRAPH_TLS_CA", reader);
+  tls.certificate_file = text_or_variable(options.tls_certificate, "HELIOGRAPH_CLIENT_CERTIFICATE", reader);
+  tls.key_file = text_or_variable(options.tls_key, "HELIOGRAPH_CLIENT_KEY", reader);
+  tls.name = text_or_variable(options.tls_name, "HELIOGRAPH_TLS_NAME", reader);
+  const char* variable = std::getenv("HELIOGRAPH_TLS");
+  const std::string wanted = variable ? variable : "";
+  if (!wanted.empty() && wanted != "on" && wanted != "off")
+    reader.problems().add("--tls", "by HELIOGRAPH_TLS: '" + wanted + "'; allowed: on, off");
+  const bool by_file = !tls.ca_file.empty() || !tls.certificate_file.empty() || !tls.key_file.empty();
+  tls.on = !options.no_tls && (options.tls || wanted == "on" || by_file || !tls.name.empty());
+  const Problems problems = find_tls_problems(tls);
+  for (const Problems::Item& item : problems.items()) {
+    const TextOption& option = item.where == "ca_file"            ? options.tls_ca
+                               : item.where == "certificate_file" ? options.tls_certificate
+                                                                  : options.tls_key;
+    reader.problem(option, item.message);
+  }
+  return tls;
 }
 
 }  // namespace
@@ -59,7 +108,7 @@ std::optional<std::string> read_address(const ConnectionOptions& options, Option
   if (by_variable) address = variable;
   if (!address) {
     if (options.needs_daemon && !options.server.given())
-      reader.problem(options.server, "is missing: the daemon that keeps the jobs (or the variable HELIOGRAPH_SERVER)");
+      reader.problem(options.server, "is missing: the daemon to ask (or the variable HELIOGRAPH_SERVER)");
     return std::nullopt;
   }
   const Status valid = validate_server_address(*address);
@@ -83,9 +132,13 @@ Connection read_connection(const ConnectionOptions& options, OptionReader& reade
       if (!token) reader.problem(options.token_file, token.error().message);
       if (token) connection.connect.token = std::move(*token);
     }
+    connection.connect.tls = read_tls(options, reader);
   } else {
-    if (options.wait.given()) reader.problem(options.wait, "is only valid with --server");
-    if (options.token_file.given()) reader.problem(options.token_file, "is only valid with --server");
+    for (const TextOption* option : {&options.wait, &options.token_file, &options.tls_ca, &options.tls_certificate,
+                                     &options.tls_key, &options.tls_name}) {
+      if (option->given()) reader.problem(*option, "is only valid with --server");
+    }
+    if (options.tls) reader.problems().add("--tls", "is only valid with --server");
   }
   if (const auto wait = reader.number(options.wait, {0, 3600, false})) {
     connection.connect.retry = true;

@@ -17,6 +17,8 @@ namespace helio::cli {
 
 struct ConnectionOptions {
   TextOption server, wait, token_file, threads, isa;
+  bool tls = false, no_tls = false;
+  TextOption tls_ca, tls_certificate, tls_key, tls_name;
   bool needs_daemon = false;  // nothing is rendered in process
 };
 void add_connection_options(CLI::App& app, ConnectionOptions& options);

@@ -1,7 +1,9 @@
 // heliograph: the daemon's thin client, and a renderer in itself.
+#include <grpc/support/log.h>
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -70,7 +72,8 @@ int run(int argc, char** argv) {
   const Command commands[] = {add_render(root),     add_move(root),    add_view(root),   add_serve(root),
                               add_info(root),       add_scene(root),   add_edit(root),   add_replay(root),
                               add_techniques(root), add_compare(root), add_submit(root), add_jobs(root),
-                              add_job(root),        add_top(root),     add_merge(root)};
+                              add_job(root),        add_top(root),     add_merge(root),  add_health(root),
+                              add_token(root)};
   const std::string unknown = unknown_command(root, {argv + 1, argv + std::max(argc, 1)});
   if (!unknown.empty()) return Terminal(false).fail(kUsage, unknown);
   try {
@@ -89,5 +92,7 @@ int run(int argc, char** argv) {
 }  // namespace helio::cli
 
 int main(int argc, char** argv) {
+  // What gRPC says on stderr of a failed handshake the commands say better; its own variable asks for it.
+  if (!std::getenv("GRPC_VERBOSITY")) gpr_set_log_function([](gpr_log_func_args*) {});
   return helio::cli::run(argc, argv);
 }

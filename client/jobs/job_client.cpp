@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "renderer/codec/atomic_file.h"
@@ -135,6 +136,23 @@ Result<pb::JobView> JobClient::fetch(const std::string& job_id, std::uint32_t vi
   if (digest != begin->sha256())
     return broken(fmt::format("a file whose SHA-256 is {}, announced as {}", digest, begin->sha256()));
   if (const Status placed = file->commit(); !placed) return placed.error();
+  return *std::move(begin);
+}
+
+Result<pb::JobView> JobClient::tiles(const pb::GetResultRequest& request, const std::function<void(pb::Tile)>& tile,
+                                     CallControl* control) {
+  std::optional<pb::JobView> begin;
+  const auto take = [&](pb::GetResultResponse& response) {
+    if (response.has_begin()) begin = response.begin();
+    if (response.has_tile()) tile(std::move(*response.mutable_tile()));
+    return ok_status();
+  };
+  pb::GetResultRequest as_tiles = request;
+  as_tiles.mutable_tiles();  // else the file would come
+  const Status done =
+      link_->read<pb::GetResultRequest, pb::GetResultResponse>(&Stub::GetResult, as_tiles, take, control);
+  if (!done) return explain(done.error(), link_->peer());
+  if (!begin) return Error{ErrorCode::internal, "the server at " + link_->peer() + " sent no picture", {}};
   return *std::move(begin);
 }
 

@@ -54,6 +54,12 @@ class JobClient {
                                         const std::function<void(std::uint64_t, std::uint64_t)>& received = {},
                                         CallControl* control = nullptr);
 
+  // The picture of a view as tiles, of one that is done or of the newest checkpoint of the one in hand: for a
+  // FrameAssembler that was begun with the job's settings, and the window as their region.
+  Result<heliograph::v1::JobView> tiles(const heliograph::v1::GetResultRequest& request,
+                                        const std::function<void(heliograph::v1::Tile)>& tile,
+                                        CallControl* control = nullptr);
+
   // The id that begins so. not_found; invalid_argument: several do, named with what tells them apart.
   Result<std::string> find(const std::string& prefix);
 

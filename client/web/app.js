@@ -133,7 +133,7 @@ class App {
     find('connection').textContent = {
       connecting: 'connecting',
       open: location.host,
-      lost: 'connection lost',
+      lost: 'reconnecting',
       refused: 'refused',
     }[state];
     if (state !== 'open') {

@@ -22,14 +22,6 @@ Error failure(const std::string& path, const char* doing) {
   return {code, std::string(doing) + ": " + std::strerror(number), path};
 }
 
-// Closes on every way out.
-struct Descriptor {
-  int value = -1;
-  ~Descriptor() {
-    if (value >= 0) ::close(value);
-  }
-};
-
 bool write_all(int descriptor, std::span<const std::uint8_t> bytes) {
   while (!bytes.empty()) {
     const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
@@ -44,40 +36,73 @@ bool write_all(int descriptor, std::span<const std::uint8_t> bytes) {
 void flush_directory_of(const std::string& path) {
   const std::size_t slash = path.rfind('/');
   const std::string directory = slash == std::string::npos ? "." : path.substr(0, slash + 1);
-  const Descriptor opened{::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)};
-  if (opened.value >= 0) ::fsync(opened.value);
+  const FileDescriptor opened(::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (opened) ::fsync(opened.get());
+}
+
+// Renames, unless there is a file of the new name: then EEXIST. 0: done.
+int rename_to_free_name(int folder, const std::string& from, const std::string& to) {
+  if (::renameat2(folder, from.c_str(), folder, to.c_str(), RENAME_NOREPLACE) == 0) return 0;
+  if (errno != EINVAL && errno != ENOSYS && errno != EPERM) return -1;
+  // The file system, or a sandbox, does not know it; a second name for one file is as good.
+  if (::linkat(folder, from.c_str(), folder, to.c_str(), 0) == 0) return ::unlinkat(folder, from.c_str(), 0);
+  if (errno == EEXIST) return -1;
+  // Nor that: between this look and the renaming a file may come, which is then lost.
+  struct stat there {};
+  if (::fstatat(folder, to.c_str(), &there, AT_SYMLINK_NOFOLLOW) == 0) return errno = EEXIST, -1;
+  return ::renameat(folder, from.c_str(), folder, to.c_str());
 }
 
 }  // namespace
 
 Result<AtomicFile> AtomicFile::create(const std::string& path) {
+  return create_in(FileDescriptor(), path, path);
+}
+
+Result<AtomicFile> AtomicFile::create_in(FileDescriptor folder, const std::string& name, const std::string& path) {
   static std::atomic<unsigned> serial{0};
-  std::string temporary = path + ".tmp-" + std::to_string(::getpid()) + "-" + std::to_string(++serial);
-  const int descriptor = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  if (descriptor < 0) return failure(path, "cannot be created");
-  return AtomicFile(path, std::move(temporary), descriptor);
+  AtomicFile file;
+  file.folder_ = std::move(folder);
+  file.path_ = path;
+  file.name_ = name;
+  std::string temporary = name + ".tmp-" + std::to_string(::getpid()) + "-" + std::to_string(++serial);
+  file.file_ =
+      FileDescriptor(::openat(file.folder(), temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+  if (!file.file_) return failure(path, "cannot be created");
+  file.temporary_ = std::move(temporary);
+  return file;
 }
 
 AtomicFile::AtomicFile(AtomicFile&& other) noexcept
-    : path_(std::move(other.path_)),
+    : folder_(std::move(other.folder_)),
+      path_(std::move(other.path_)),
+      name_(std::move(other.name_)),
       temporary_(std::exchange(other.temporary_, {})),
-      descriptor_(std::exchange(other.descriptor_, -1)) {}
+      file_(std::move(other.file_)) {}
 
 AtomicFile::~AtomicFile() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+  if (!temporary_.empty()) ::unlinkat(folder(), temporary_.c_str(), 0);
 }
 
 Status AtomicFile::write(std::span<const std::uint8_t> bytes) {
-  if (!write_all(descriptor_, bytes)) return failure(path_, "cannot be written");
+  if (!write_all(file_.get(), bytes)) return failure(path_, "cannot be written");
   return ok_status();
 }
 
-Status AtomicFile::commit(Flush flush) {
-  if (flush == Flush::now && ::fsync(descriptor_) != 0) return failure(path_, "cannot be flushed");
-  if (std::rename(temporary_.c_str(), path_.c_str()) != 0) return failure(path_, "cannot be put in place");
+Status AtomicFile::commit(Flush flush, bool replace) {
+  if (flush == Flush::now && ::fsync(file_.get()) != 0) return failure(path_, "cannot be flushed");
+  const int renamed = replace ? ::renameat(folder(), temporary_.c_str(), folder(), name_.c_str())
+                              : rename_to_free_name(folder(), temporary_, name_);
+  if (renamed != 0 && errno == EEXIST && !replace)
+    return Error{ErrorCode::failed_precondition, "is there already, and is not to be replaced", path_};
+  if (renamed != 0) return failure(path_, "cannot be put in place");
   temporary_.clear();
-  if (flush == Flush::now) flush_directory_of(path_);
+  if (flush == Flush::later) return ok_status();
+  if (folder_) {
+    ::fsync(folder_.get());
+  } else {
+    flush_directory_of(path_);
+  }
   return ok_status();
 }
 
@@ -97,17 +122,17 @@ Status write_parts_atomically(const std::string& path, std::span<const std::span
 
 Status flush_files(std::span<const std::string> paths) {
   for (const std::string& path : paths) {
-    const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
-    if (file.value < 0 || ::fsync(file.value) != 0) return failure(path, "cannot be flushed");
+    const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    if (!file || ::fsync(file.get()) != 0) return failure(path, "cannot be flushed");
   }
   if (!paths.empty()) flush_directory_of(paths.back());
   return ok_status();
 }
 
 Result<std::vector<std::uint8_t>> read_whole_file(const std::string& path, std::uint64_t max_bytes) {
-  Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
+  const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));  // a pipe is refused below
   struct stat info {};
-  if (file.value < 0 || ::fstat(file.value, &info) != 0) return failure(path, "cannot be read");
+  if (!file || ::fstat(file.get(), &info) != 0) return failure(path, "cannot be read");
   if (!S_ISREG(info.st_mode)) return Error{ErrorCode::invalid_argument, "is not a regular file", path};
   if (std::uint64_t(info.st_size) > max_bytes) {
     return Error{ErrorCode::resource_exhausted,
@@ -117,7 +142,7 @@ Result<std::vector<std::uint8_t>> read_whole_file(const std::string& path, std::
   std::vector<std::uint8_t> bytes(std::size_t(info.st_size));
   std::size_t have = 0;
   while (have < bytes.size()) {
-    const ssize_t got = ::read(file.value, bytes.data() + have, bytes.size() - have);
+    const ssize_t got = ::read(file.get(), bytes.data() + have, bytes.size() - have);
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) return failure(path, "cannot be read");
     if (got == 0) break;  // it has become shorter

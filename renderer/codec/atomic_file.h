@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "renderer/base/open_beneath.h"
 #include "renderer/base/result.h"
 
 namespace helio {
@@ -21,20 +22,25 @@ class AtomicFile {
  public:
   // not_found, permission_denied, resource_exhausted, internal; so of the others.
   static Result<AtomicFile> create(const std::string& path);
+  // The file of this name in an open folder, whatever becomes of the folder's path, which `path` has for messages.
+  static Result<AtomicFile> create_in(FileDescriptor folder, const std::string& name, const std::string& path);
   AtomicFile(AtomicFile&& other) noexcept;
   AtomicFile& operator=(AtomicFile&&) = delete;
   ~AtomicFile();  // without commit(), `path` is as it was and no temporary file is left
 
   Status write(std::span<const std::uint8_t> bytes);
-  // Flushes it to the disk, renames it and flushes the directory.
-  Status commit(Flush flush = Flush::now);
+  // Flushes it to the disk, renames it and flushes the directory. Without `replace` a file that is there stays, also
+  // one that came a moment ago: failed_precondition.
+  Status commit(Flush flush = Flush::now, bool replace = true);
 
  private:
-  AtomicFile(std::string path, std::string temporary, int descriptor)
-      : path_(std::move(path)), temporary_(std::move(temporary)), descriptor_(descriptor) {}
+  AtomicFile() = default;
+  int folder() const { return folder_ ? folder_.get() : AT_FDCWD; }
 
-  std::string path_, temporary_;  // temporary_: empty once it is gone
-  int descriptor_ = -1;
+  FileDescriptor folder_;         // none: names are paths
+  std::string path_;              // for messages
+  std::string name_, temporary_;  // temporary_: empty once it is gone
+  FileDescriptor file_;
 };
 
 // Writes a temporary file beside `path`, flushes it to the disk, renames it and flushes the directory. On failure

@@ -7,8 +7,10 @@
 
 namespace helio {
 
-// Tells of the exception that is being handled. Itself it never throws: without memory the text is one that
-// std::string holds without allocating.
+// FrameEnd.message of a frame that lacked memory: short enough that std::string holds it without allocating.
+inline constexpr char kOutOfMemory[] = "out of memory";
+
+// Tells of the exception that is being handled. Itself it never throws: without memory the text is kOutOfMemory.
 inline std::string failure_reason() noexcept {
   try {
     throw;
@@ -21,7 +23,7 @@ inline std::string failure_reason() noexcept {
   } catch (...) {
     return "unknown error";
   }
-  return "out of memory";
+  return kOutOfMemory;
 }
 
 }  // namespace helio

@@ -292,6 +292,10 @@ FramePlan FrameScheduler::plan_next(const FrameState& state, double view_age_s, 
     plan.before.push_back(StageId::restore);
     return plan;
   }
+  if (state.checkpoint_due && state.checkpoint_asked) {
+    plan.before.push_back(StageId::checkpoint);
+    return plan;
+  }
   plan.mean_samples = state.round.number > 0 ? state.told() : 0;
   if (const auto reason = reached(state, now_s)) {
     if (!state.measured_now() && state.done[0] > 0 && state.done[1] > 0) plan.after.push_back(StageId::measure);

@@ -72,6 +72,7 @@ struct FrameState {
   double published_s = 0;               // when that was
   bool republish = false;               // someone asked for the newest state
   bool checkpoint_due = false;          // a copy of the picture is to be kept
+  bool checkpoint_asked = false;        // and somebody waits for it, even where the budget is reached
   bool restore_due = false;             // before all else, the picture is to be taken from such a copy
   bool display_due = false;             // what is published next is to be filtered for the eye first
   std::uint64_t displayed = 0;          // pixel samples of the film at the newest display layer; 0: there is none

@@ -35,6 +35,9 @@ struct FrameBegin {
   PixelRect region;  // rendered part of the film
   CameraPose camera;  // fitted()
   double exposure = 0;                     // View::exposure
+  // now_s() when what changed the picture was accepted: a view, settings, a scene. 0: the same picture goes on, or is
+  // shown again.
+  double changed_s = 0;
   std::weak_ptr<const RenderScene> scene;  // a sink keeps no scene alive; null: not a scene's
   std::vector<std::string> unsampled;      // unsampled_light() of the two
   std::string notice;                      // aspect_notice() of the view

@@ -157,6 +157,17 @@ std::vector<int> RenderEngine::Impl::thread_ids() const {
   return thread_ids_;
 }
 
+void RenderEngine::Impl::count(const RenderTotals& done) noexcept {
+  if (done.samples > 0) samples_.fetch_add(done.samples, std::memory_order_relaxed);
+  if (done.rays > 0) rays_.fetch_add(done.rays, std::memory_order_relaxed);
+  if (done.invalid_samples > 0) invalid_samples_.fetch_add(done.invalid_samples, std::memory_order_relaxed);
+}
+
+RenderTotals RenderEngine::Impl::totals() const noexcept {
+  const auto read = [](const auto& value) { return value.load(std::memory_order_relaxed); };
+  return {read(samples_), read(rays_), read(invalid_samples_)};
+}
+
 void RenderEngine::Impl::work() {
   std::unique_lock lock(mutex_);
   thread_ids_.push_back(int(gettid()));
@@ -199,6 +210,9 @@ int RenderEngine::threads() const {
 }
 double RenderEngine::used_seconds() const {
   return impl_->used_seconds();
+}
+RenderTotals RenderEngine::totals() const {
+  return impl_->totals();
 }
 std::vector<int> RenderEngine::thread_ids() const {
   return impl_->thread_ids();

@@ -7,7 +7,9 @@
 // slot.
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
+#include <cstdint>
 #include <limits>
 #include <map>
 #include <memory>
@@ -50,6 +52,9 @@ struct RenderEngine::Impl {
   double used_seconds() const;
   int threads() const { return int(workers_.size()); }
   std::vector<int> thread_ids() const;
+  // Of a piece.
+  void count(const RenderTotals& done) noexcept;
+  RenderTotals totals() const noexcept;
 
  private:
   static constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -79,6 +84,7 @@ struct RenderEngine::Impl {
   std::unique_ptr<Arena> arena_;
   std::vector<std::thread> workers_;
   std::vector<int> thread_ids_;
+  std::atomic<std::uint64_t> samples_{0}, rays_{0}, invalid_samples_{0};
 };
 
 }  // namespace helio

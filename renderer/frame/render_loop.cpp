@@ -150,6 +150,7 @@ struct RenderLoop::Impl final : PieceSource {
   void cancel();
   void republish();
   void prepare_checkpoints();
+  void begin_checkpoints(CheckpointOptions checkpoint_options);
   void checkpoint_soon();
   FrameProgress progress() const;
   std::size_t memory_bytes() const;
@@ -241,6 +242,7 @@ struct RenderLoop::Impl final : PieceSource {
   std::uint64_t invalid_samples = 0;   // since the loop was made
   std::uint64_t frame_samples = 0;     // pixel samples since the frame began
   bool planned = false;                // the pipeline carries out a plan of this frame
+  bool half_allocated = false;         // a plan that was to give pixels their counts was cut short
   std::shared_ptr<FrameRecord> frame;  // in flight; null: none
   std::shared_ptr<CancelToken> token = std::make_shared<CancelToken>();
   std::uint64_t frames = 0;
@@ -455,6 +457,18 @@ void RenderLoop::Impl::prepare_checkpoints() {
   }
 }
 
+void RenderLoop::Impl::begin_checkpoints(CheckpointOptions checkpoint_options) {
+  std::unique_lock lock(mutex);
+  std::optional<CheckpointMaker> made;
+  while (!checkpoints && !(made && made->suits(settings))) {
+    const RenderSettings wanted = settings;
+    lock.unlock();  // touching the memory of a large film takes long
+    made.emplace(checkpoint_options, wanted);
+    lock.lock();
+  }
+  if (!checkpoints) checkpoints = std::move(made);
+}
+
 void RenderLoop::Impl::checkpoint_soon() {
   const std::lock_guard lock(mutex);
   if (checkpoints) checkpoints->clock.ask();
@@ -658,6 +672,7 @@ void RenderLoop::Impl::begin_preview(Retired& retired) {
   previews.clock.begun(now);
   open_frame(std::move(previews.next_record));
   frame->begin.preview = true;
+  frame->begin.changed_s = accepted_s;
   frame->begin.notice = aspect_notice(view->camera, settings.width, settings.height);
   frame->begun_s = now;
   token = std::make_shared<CancelToken>();
@@ -697,7 +712,10 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
   const bool reuse = film->history() && scene;
   if (reuse && !history.film_usable()) another_picture = true;
   if (another_picture) pipeline.forget_samples();
-  if (another_picture || another_grid) begin_picture(reuse, retired);
+  if (another_picture || another_grid) {
+    frame->begin.changed_s = accepted_s;
+    begin_picture(reuse, retired);
+  }
   if (!caches_light_vertices(settings.integrator) || !scene) {
     retired.add(std::exchange(lights, nullptr));
   } else if (!lights || !lights->suits(scene, path_settings(frame_settings()))) {
@@ -753,6 +771,7 @@ void RenderLoop::Impl::begin_picture(bool reuse, Retired& retired) {
   } else if (reuse) {
     ++history.generation;
   }
+  half_allocated = false;
   PictureState begun;
   begun.state = with_costs_of(picture.state);
   begun.state.reproject_due = reuse;
@@ -789,7 +808,7 @@ StageContext RenderLoop::Impl::stage_context() {
 
 // Whether the picture can be copied, and is to be.
 bool RenderLoop::Impl::checkpoint_due(double now) const {
-  return checkpoints && picture.samples > 0 && checkpoints->free() && checkpoints->clock.due(now) &&
+  return checkpoints && picture.samples > 0 && !half_allocated && checkpoints->free() && checkpoints->clock.due(now) &&
          (!lights || lights->settled(picture.state.done));
 }
 
@@ -805,6 +824,7 @@ bool RenderLoop::Impl::display_due() const {
 void RenderLoop::Impl::note_finished_plan(double now) {
   const FramePlan& plan = pipeline.plan();
   FrameState& state = picture.state;
+  if (!pipeline.cut()) half_allocated = false;
   pipeline.grid().done_everywhere(state.done);
 
   const std::uint64_t added = picture.samples - state.round.samples;
@@ -815,7 +835,10 @@ void RenderLoop::Impl::note_finished_plan(double now) {
   blend(state.measure_seconds, pipeline.seconds(StageId::measure));
   blend(state.display_seconds, pipeline.seconds(StageId::display));
   blend(state.publish_seconds, pipeline.seconds(StageId::resolve));
-  if (const double seconds = pipeline.seconds(StageId::checkpoint); seconds > 0) checkpoints->clock.ended(seconds, now);
+  if (const double seconds = pipeline.seconds(StageId::checkpoint); seconds > 0) {
+    checkpoints->clock.ended(seconds, now);
+    checkpoints->tell_pause(seconds);
+  }
   const std::uint64_t samples = picture.samples;
   for (const auto& stage : pipeline.finished_stages()) stage->note(picture);
   if (picture.samples > samples) invalid_samples += picture.trace.invalid();  // they were restored
@@ -862,8 +885,11 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
   state.tiles_alone = !film->splats() && !lights;
   state.display_due = display_due();
   state.checkpoint_due = checkpoint_due(now);
+  state.checkpoint_asked = checkpoints && checkpoints->clock.asked();
   const FramePlan plan = scheduler.plan_next(state, now - view_accepted_s, backlog, now);
   FrameStages stages = make_stages(plan, stage_context());
+  half_allocated |= std::any_of(plan.before.begin(), plan.before.end(),
+                                [](const StageRequest& stage) { return stage.id == StageId::allocate; });
   if (lights) {
     const Camera camera(frame->begin.camera, settings.width, settings.height, scene->origin(), settings.filter);
     lights->aim(camera, token, *film);
@@ -961,10 +987,14 @@ void RenderLoop::Impl::run_piece(std::unique_lock<std::mutex>& lock, std::size_t
     picture.trace.add(stats);
     invalid_samples += stats.invalid_samples + stats.invalid_splats;
   }
+  RenderTotals totals{0, stats.rays, 0};
   if (integrated && done && !failure) {
     picture.samples += integrated->samples;
     if (current) frame_samples += integrated->samples;
+    totals.samples = integrated->samples;
   }
+  if (!of_preview && (!integrated || (done && !failure))) totals.invalid_samples = stats.invalid();
+  engine.count(totals);
   if (current && !failure && std::holds_alternative<ResolvePiece>(*piece)) waiting.push({mine, std::move(tile)});
   if (failure) {
     if (of_preview) {
@@ -1055,8 +1085,13 @@ std::uint64_t RenderLoop::invalid_samples() const {
   const std::lock_guard lock(impl_->mutex);
   return impl_->invalid_samples;
 }
+
 void RenderLoop::prepare_checkpoints() {
   impl_->prepare_checkpoints();
+}
+
+void RenderLoop::begin_checkpoints(CheckpointOptions options) {
+  impl_->begin_checkpoints(std::move(options));
 }
 
 void RenderLoop::checkpoint_soon() {

@@ -45,6 +45,13 @@ std::shared_ptr<DisplayLayer> make_display_layer(const RenderSettings& settings,
                                                  const std::shared_ptr<const OidnLibrary>& oidn,
                                                  std::shared_ptr<const void> count = nullptr);
 
+// What an engine's workers have done for all loops, those that are gone included.
+struct RenderTotals {
+  std::uint64_t samples = 0;          // of pixels, that went into a film; not what was restored or carried
+  std::uint64_t rays = 0;             // TraceStats::rays, those of previews and of samples that were thrown away included
+  std::uint64_t invalid_samples = 0;  // TraceStats::invalid()
+};
+
 class RenderEngine {
  public:
   explicit RenderEngine(int threads);  // 0: one per core
@@ -54,6 +61,7 @@ class RenderEngine {
 
   int threads() const;
   double used_seconds() const;          // processor time of all loops, those that are gone included
+  RenderTotals totals() const;
   std::vector<int> thread_ids() const;  // the system's, of the workers that have begun
 
   struct Impl;
@@ -156,6 +164,9 @@ class RenderLoop {
   std::size_t memory_bytes() const;  // film and scratch
   std::uint64_t invalid_samples() const;  // over all of the loop's life, whatever became of the film that they missed
 
+  // As RenderLoopOptions::checkpoints, of a loop that was made without; their memory is allocated in the calling thread
+  // (std::bad_alloc). A loop that makes some already stays as it is.
+  void begin_checkpoints(CheckpointOptions options);
   // Makes a checkpoint of the picture in flight at the next boundary between two plans, a second or so away (one sample
   // of every pixel, where that takes longer), and not before the newest one is free (CheckpointOptions). Where the
   // frame ends before, of the next frame.

@@ -6,28 +6,37 @@
 #include <signal.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
-#include <cstdio>
+#include <chrono>
 #include <cstdint>
+#include <cstdio>
 #include <cstdlib>
 
+#include "renderer/base/clock.h"
 #include "renderer/codec/atomic_file.h"
 #include "server/app/server.h"
 #include "server/base/build_info.h"
+#include "server/base/log_format.h"
 
 namespace helio {
 namespace {
 
 enum ExitCode { kDrained = 0, kCouldNotServe = 1, kBadConfig = 2 };
 
-void set_up_log(const std::string& program, const std::string& level) {
+void set_up_log(const std::string& program, const std::string& level, LogFormat format) {
   auto log = spdlog::stderr_color_mt("heliographd");
-  log->set_pattern("%Y-%m-%dT%H:%M:%S.%eZ %l %v", spdlog::pattern_time_type::utc);
+  log->set_formatter(make_log_formatter(format));
+  if (format == LogFormat::json) {  // what spdlog says by itself would be no JSON
+    log->set_error_handler([](const std::string&) {
+      std::fputs("{\"level\":\"error\",\"message\":\"a line of the log was lost\"}\n", stderr);
+    });
+  }
   log->set_level(spdlog::level::from_str(level == "error" ? "err" : level));
   spdlog::set_default_logger(log);
   // What matters of gRPC's own messages comes back as a status; the rest helps in debugging only.
   gpr_set_log_function([](gpr_log_func_args* args) { spdlog::debug("grpc: {}", args->message); });
-  spdlog::debug("{} {} {} {}", program, build_version(), build_description(), build_isa());
+  spdlog::debug("{} version={} build={} isa={}", program, build_version(), logged(build_description()), build_isa());
 }
 
 // Every picture takes and frees megabytes of tiles. By itself glibc would return those pages to the system and fault
@@ -38,12 +47,25 @@ void keep_freed_tiles() {
   mallopt(M_TRIM_THRESHOLD, kKept);
 }
 
-sigset_t stop_signals() {
+// Whether SIGHUP has files to read again; else it ends the process, as that of a terminal that was closed.
+bool reloads(const ServerConfig& config) {
+  return !config.tls_certificate.empty() || !config.token_file.empty();
+}
+
+sigset_t awaited_signals(const ServerConfig& config) {
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGTERM);
   sigaddset(&signals, SIGINT);
+  if (reloads(config)) sigaddset(&signals, SIGHUP);
   return signals;
+}
+
+// What a program reads that waits for the daemon.
+std::string to_json(const Server& server) {
+  std::string json = "{\"listening\": \"" + server.address() + "\"";
+  if (!server.http_address().empty()) json += ", \"http\": \"" + server.http_address() + "\"";
+  return json + ", \"tls\": " + (server.tls() ? "true}" : "false}");
 }
 
 // The number appears in one step, so that whoever waits for the file never reads half of it.
@@ -65,40 +87,51 @@ int run_daemon(const std::string& program, const std::vector<std::string>& argum
     return kDrained;
   }
   const ServerConfig& config = request->config;
-  set_up_log(program, config.log_level);
+  const LogFormat log_format = config.log_format == "json" ? LogFormat::json : LogFormat::text;
+  set_up_log(program, config.log_level, log_format);
   keep_freed_tiles();
+  signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of its write
   // Blocked before any thread exists, so that only sigwait below gets them.
-  const sigset_t signals = stop_signals();
+  const sigset_t signals = awaited_signals(config);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
 
   auto server = Server::start(config);
+  const auto failed = [&](const std::string& reason) {
+    if (log_format == LogFormat::json) {
+      const std::string line = "the daemon cannot serve error=" + logged(reason);  // at every level
+      std::fprintf(stderr, "%s\n", json_line(line, "critical", std::chrono::system_clock::now()).c_str());
+    } else {
+      std::fprintf(stderr, "%s: %s\n", program.c_str(), reason.c_str());
+    }
+  };
   if (!server) {
-    std::fprintf(stderr, "%s: %s\n", program.c_str(), server.error().to_string().c_str());
+    failed(server.error().to_string());
     return server.error().code == ErrorCode::invalid_argument ? kBadConfig : kCouldNotServe;
   }
   if (!config.port_file.empty()) {
     if (const Status written = write_port_file(config.port_file, (*server)->address()); !written.ok()) {
-      std::fprintf(stderr, "%s: port-file: %s\n", program.c_str(), written.error().to_string().c_str());
+      failed("port-file: " + written.error().to_string());
       return kCouldNotServe;
     }
   }
-  const std::string& address = (*server)->address();
   const std::string& http = (*server)->http_address();
   if (request->json) {
-    std::printf(http.empty() ? "{\"listening\": \"%s\"}\n" : "{\"listening\": \"%s\", \"http\": \"%s\"}\n",
-                address.c_str(), http.c_str());
+    std::printf("%s\n", to_json(**server).c_str());
   } else {
-    std::printf("heliographd listening on %s\n", address.c_str());
-    if (!http.empty()) std::printf("viewer at http://%s/\n", http.c_str());
+    std::printf("heliographd listening on %s\n", (*server)->address().c_str());
+    if (!http.empty()) std::printf("viewer at %s://%s/\n", (*server)->tls() ? "https" : "http", http.c_str());
   }
   std::fflush(stdout);
+  spdlog::info("serving address={} http={} version={} pid={}", (*server)->address().empty() ? "none" : (*server)->address(),
+               http.empty() ? "none" : http, build_version(), getpid());
 
   int signal = 0;
-  sigwait(&signals, &signal);
-  spdlog::info("{}: draining, at most {} s", signal == SIGTERM ? "SIGTERM" : "SIGINT", config.drain_grace_s);
+  while (sigwait(&signals, &signal) == 0 && signal == SIGHUP) (*server)->reload();
+  spdlog::info("draining signal={} grace_s={}", signal == SIGTERM ? "SIGTERM" : "SIGINT", config.drain_grace_s);
+  const double began = now_s();
   pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);  // the next one ends the process at once
   const bool idle = (*server)->drain(config.drain_grace_s);
-  spdlog::info("drained");
+  spdlog::info("drained seconds={:.3f} idle={}", now_s() - began, idle);
   if (!idle) {
     // A load cannot be interrupted, nor a connection closed whose peer takes no bytes; nothing of them is worth
     // keeping.

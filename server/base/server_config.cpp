@@ -14,13 +14,12 @@
 #include "renderer/base/instruction_set.h"
 #include "renderer/base/text.h"
 #include "server/base/build_info.h"
+#include "server/base/byte_size.h"
 #include "server/base/listen_address.h"
 #include "server/base/man_page.h"
 
 namespace helio {
 namespace {
-
-constexpr std::uint64_t kMaxBytes = 1ull << 50;
 
 template <class T>
 std::string read_number(const std::string& text, T low, T high, T& value) {
@@ -30,25 +29,6 @@ std::string read_number(const std::string& text, T low, T high, T& value) {
     return fmt::format("'{}'; allowed: [{}, {}]", text, low, high);
   }
   value = number;
-  return "";
-}
-
-// A count of bytes, or one with the suffix K, M, G or T (powers of 1024).
-std::string read_bytes(const std::string& text, std::uint64_t low, std::uint64_t& value) {
-  static const std::string kSuffixes = "KMGT";
-  std::string digits = text;
-  unsigned shift = 0;
-  if (!digits.empty()) {
-    if (const auto suffix = kSuffixes.find(digits.back()); suffix != std::string::npos) {
-      shift = 10 * (unsigned(suffix) + 1);
-      digits.pop_back();
-    }
-  }
-  std::uint64_t number = 0;
-  if (!read_number<std::uint64_t>(digits, 0, kMaxBytes >> shift, number).empty() || (number << shift) < low) {
-    return fmt::format("'{}'; allowed: bytes from {} to {}, suffixes K, M, G, T", text, low, kMaxBytes);
-  }
-  value = number << shift;
   return "";
 }
 
@@ -80,14 +60,14 @@ using Text = const std::string&;
 
 std::vector<ConfigOption> make_options() {
   return {
-      {"listen", "HOST:PORT to serve on, port 0: any free one; an address other than loopback is served without TLS",
+      {"listen", "HOST:PORT to serve on, port 0: any free one; an address other than loopback wants TLS, or --insecure",
        false,
        [](Config& c, Text t) {
          const auto address = parse_listen_address(t);
          return c.listen = t, address ? std::string() : address.error().message;
        },
        [](const Config& c) { return c.listen; }},
-      {"http", "HOST:PORT to serve the viewer's page on, port 0: any free one; empty: no page", false,
+      {"http", "HOST:PORT to serve the viewer's page, health and metrics on, port 0: any free one; empty: none", false,
        [](Config& c, Text t) {
          const auto address = parse_listen_address(t);
          return c.http = t, t.empty() || address ? std::string() : address.error().message;
@@ -104,11 +84,32 @@ std::vector<ConfigOption> make_options() {
        [](Config& c, Text t) { return read_number(t, 1, 65536, c.max_http_connections); },
        [](const Config& c) { return std::to_string(c.max_http_connections); }},
       {"token-file",
-       "file with a token a line, 16 to 256 characters: callers must name one, by gRPC (authorization: Bearer TOKEN) "
-       "and "
-       "in the page; empty: everyone may call",
+       "file of tokens, one of which callers must name, by gRPC (authorization: Bearer TOKEN) and in the page: a token "
+       "of "
+       "16 to 256 characters, which may do everything, or NAME ROLE sha256:HEX and quotas, as heliograph token prints "
+       "it; read again on SIGHUP; empty: everyone may call",
        false, [](Config& c, Text t) { return c.token_file = t, std::string(); },
        [](const Config& c) { return c.token_file; }},
+      {"tls-certificate",
+       "PEM file with the certificate that the daemon shows, by gRPC and in the page, and those that lead to its root; "
+       "read again when it is replaced; empty: no TLS",
+       false, [](Config& c, Text t) { return c.tls_certificate = t, std::string(); },
+       [](const Config& c) { return c.tls_certificate; }},
+      {"tls-key", "PEM file with the certificate's key, without a passphrase", false,
+       [](Config& c, Text t) { return c.tls_key = t, std::string(); }, [](const Config& c) { return c.tls_key; }},
+      {"tls-client-ca",
+       "PEM file with certificates of authorities: callers must show one that one of these has signed; empty: none is "
+       "asked for",
+       false, [](Config& c, Text t) { return c.tls_client_ca = t, std::string(); },
+       [](const Config& c) { return c.tls_client_ca; }},
+      {"insecure", "on or off: serve addresses that other machines reach without TLS: all that travels can be read",
+       false,
+       [](Config& c, Text t) {
+         std::string value;
+         std::string problem = read_name(t, {"on", "off"}, value);
+         return c.insecure = value == "on", problem;
+       },
+       [](const Config& c) { return std::string(c.insecure ? "on" : "off"); }, true},
       {"port-file", "write the bound port number to this file once serving", false,
        [](Config& c, Text t) { return c.port_file = t, std::string(); }, [](const Config& c) { return c.port_file; }},
       {"scene-root",
@@ -169,6 +170,9 @@ std::vector<ConfigOption> make_options() {
       {"max-state-scene-bytes", "bytes of uploads kept for durable jobs, suffixes K, M, G, T", false,
        [](Config& c, Text t) { return read_bytes(t, 1, c.max_state_scene_bytes); },
        [](const Config& c) { return std::to_string(c.max_state_scene_bytes); }},
+      {"max-state-session-bytes", "bytes of pictures that sessions take to the next daemon, suffixes K, M, G, T", false,
+       [](Config& c, Text t) { return read_bytes(t, 0, c.max_state_session_bytes); },
+       [](const Config& c) { return std::to_string(c.max_state_session_bytes); }},
       {"max-scenes", "scenes held at a time, [1, 65536]", false,
        [](Config& c, Text t) { return read_number(t, 1, 65536, c.max_scenes); },
        [](const Config& c) { return std::to_string(c.max_scenes); }},
@@ -218,7 +222,8 @@ std::vector<ConfigOption> make_options() {
        "avx512",
        false, [](Config& c, Text t) { return c.isa = t, isa_problem(t); }, [](const Config& c) { return c.isa; }},
       {"devices",
-       "what may trace the pictures: cpu, or cpu,vulkan, which also allows Vulkan devices; a crash of a Vulkan driver ends "
+       "what may trace the pictures: cpu, or cpu,vulkan, which also allows Vulkan devices; a crash of a Vulkan driver "
+       "ends "
        "the daemon",
        false, [](Config& c, Text t) { return read_devices(t, c.vulkan_devices); },
        [](const Config& c) { return std::string(c.vulkan_devices ? "cpu,vulkan" : "cpu"); }, false, nullptr, true},
@@ -232,6 +237,11 @@ std::vector<ConfigOption> make_options() {
          return read_name(t, {"trace", "debug", "info", "warn", "error", "off"}, c.log_level);
        },
        [](const Config& c) { return c.log_level; }},
+      {"log-format", "text, or json: each line of the log is a JSON object", false,
+       [](Config& c, Text t) {
+         return read_name(t, {"text", "json"}, c.log_format);
+       },
+       [](const Config& c) { return c.log_format; }},
   };
 }
 
@@ -283,11 +293,15 @@ std::string daemon_man_page(const CLI::App& app) {
        "`name = value`, with the names of these options. Flags win over the environment, which wins over the file. "
        "heliographd --example-config prints such a file.\n\n"
        "SIGTERM and SIGINT drain the daemon: its health turns NOT_SERVING, new work is refused, frames in flight end, "
-       "jobs may finish until --drain-grace is over. A second signal ends it at once."},
+       "jobs may finish until --drain-grace is over. A second signal ends it at once. SIGHUP makes it read the token "
+       "file "
+       "and the files of TLS again."},
       {"DEVICES",
        "Pictures are traced by the processor. --devices cpu,vulkan also allows Vulkan devices, which clients choose by "
-       "name (heliograph render --device). Drivers run within the daemon: one that crashes ends it, with all sessions and "
-       "jobs. So they are not used by default. At start a program of its own, heliograph-vulkan-probe, lists and tests the "
+       "name (heliograph render --device). Drivers run within the daemon: one that crashes ends it, with all sessions "
+       "and "
+       "jobs. So they are not used by default. At start a program of its own, heliograph-vulkan-probe, lists and tests "
+       "the "
        "devices, in two seconds at most; heliograph info --server tells what it found. The daemon serves meanwhile. "
        "Results are kept in $XDG_CACHE_HOME/heliograph or ~/.cache/heliograph until a driver changes."},
       {"FILES",

@@ -18,6 +18,10 @@ struct ServerConfig {
   int max_http_connections = 64;
   std::string token_file;                // whoever names a line of it may use the daemon; empty: everyone
   std::string token;                     // the same, of programs that run a daemon in their own process; empty: none
+  // PEM files of TLS, for gRPC and the page (server/web/tls_certificates.h). Empty: no TLS; of the last one: callers
+  // need no certificate.
+  std::string tls_certificate, tls_key, tls_client_ca;
+  bool insecure = false;                 // addresses that other machines reach are served without TLS
   std::string port_file;                 // written with the bound port; empty: none
   std::vector<std::string> scene_roots;  // LoadScene paths are served from these directories only
   // Folder of what survives the daemon: its durable jobs. Empty: none, and none are taken; kOwnState: of the person who
@@ -37,6 +41,7 @@ struct ServerConfig {
   int max_jobs = 16;                    // that run
   int max_queued_jobs = 10000;          // durable ones that wait or are paused
   std::uint64_t max_state_scene_bytes = 10ull << 30;  // uploads that durable jobs may load again
+  std::uint64_t max_state_session_bytes = 4ull << 30;  // pictures of sessions that are kept for the next daemon
   int max_scenes = 64;
   int max_queued_loads = 16;             // and as many edits, and as many replays
   int max_streams = 256;                 // calls of one connection at a time
@@ -54,6 +59,7 @@ struct ServerConfig {
   std::string oidn_library;        // Open Image Denoise's, a file or a name for the dynamic linker; empty: none
   bool vulkan_devices = false;     // --devices names vulkan: pictures may be rendered on Vulkan devices
   std::string log_level = "info";  // trace, debug, info, warn, error, off
+  std::string log_format = "text";  // text, json
 };
 
 inline constexpr char kOwnState[] = "auto";

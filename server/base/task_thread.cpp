@@ -37,6 +37,11 @@ bool TaskThread::busy() const {
   return busy_ > 0;
 }
 
+std::size_t TaskThread::waiting() const {
+  const std::lock_guard lock(mutex_);
+  return waiting_.size();
+}
+
 void TaskThread::run() {
   std::unique_lock lock(mutex_);
   for (;;) {

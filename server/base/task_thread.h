@@ -21,6 +21,7 @@ class TaskThread {
   // Refuses further tasks and destroys those that wait.
   void stop();
   bool busy() const;
+  std::size_t waiting() const;  // tasks that none has in hand
 
  private:
   void run();

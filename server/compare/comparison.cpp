@@ -135,7 +135,7 @@ Status Comparison::run(const CancelToken& cancel, const Send& send) {
   send_ = &send;
   if (cancel.cancelled()) return gone();
   auto memory = resources_.memory.reserve_with_room(picture_bytes(request_.width(), request_.height(), 6),
-                                                    "the pictures of a comparison");
+                                                    "the pictures of a comparison", MemoryOwner::pictures);
   if (!memory) return memory.error();
   bool pictures = sends_pictures({});
   for (const ComparedMode& mode : request_.modes) pictures |= sends_pictures(mode.name);
@@ -242,7 +242,8 @@ Status Comparison::prepare_flip(ViewState& view) {
   std::uint64_t held = 0;
   for (const ViewState& other : views_) held += other.flip_memory.bytes();
   const std::uint64_t most = std::min(kMostFlipBytes - held, resources_.memory.available() / kFlipShare);
-  auto memory = resources_.memory.reserve(std::min(most, flip->bytes()), "the references of FLIP");
+  auto memory = resources_.memory.reserve(std::min(most, flip->bytes()), "the references of FLIP",
+                                          MemoryOwner::references);
   if (!memory) return ok_status();  // another session took it meanwhile
   const auto kept = flip->keep(memory->bytes());
   if (!kept) return gone();
@@ -267,8 +268,8 @@ Status Comparison::find_references() {
       told.set_kept(view.reference != nullptr);
       told.set_rendered_again(!view.reference && references_.was_let_go(id));
       if (!view.reference) {
-        auto rendered = render_reference(resources_, scene_, request_.views[v], request_.reference, *cancel_,
-                                         [&](const ReferenceProgress& p) {
+        auto rendered = render_reference(resources_, references_.memory(), scene_, request_.views[v],
+                                         request_.reference, *cancel_, [&](const ReferenceProgress& p) {
                                            tell_progress("reference", {nullptr, 0, 0, v}, p.samples, p.error);
                                          });
         if (!rendered) return rendered.error();
@@ -294,7 +295,8 @@ Status Comparison::find_references() {
     }
     if (const Status prepared = prepare_flip(view); !prepared.ok()) return prepared;
     if (request_.flicker && v > 0) {
-      auto memory = resources_.memory.reserve_with_room(positions_bytes(request_), "the motion of a view");
+      auto memory = resources_.memory.reserve_with_room(positions_bytes(request_), "the motion of a view",
+                                                        MemoryOwner::pictures);
       if (!memory) return memory.error();
       view.positions = std::move(*memory);
       view.before =

@@ -62,6 +62,11 @@ bool ComparisonQueue::wait_until_empty(double deadline_s) {
                            [&] { return waiting_.empty() && !running_; });
 }
 
+std::size_t ComparisonQueue::waiting() {
+  const std::lock_guard lock(mutex_);
+  return waiting_.size();
+}
+
 bool ComparisonQueue::busy() {
   const std::lock_guard lock(mutex_);
   return running_ != nullptr || !waiting_.empty();

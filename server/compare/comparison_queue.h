@@ -30,6 +30,7 @@ class ComparisonQueue {
   // False when some are left at that time (now_s() clock).
   bool wait_until_empty(double deadline_s);
   bool busy();
+  std::size_t waiting();
 
  private:
   struct Entry {

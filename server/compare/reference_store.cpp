@@ -141,7 +141,7 @@ Result<std::shared_ptr<const ReferencePicture>> ReferenceStore::load(std::span<c
         fmt::format("max_reference_memory: {} x {} pixels take {} bytes; allowed: {}", width, height, bytes, limit_),
         {}};
   }
-  auto memory = memory_.reserve_with_room(bytes, "a reference");
+  auto memory = memory_.reserve_with_room(bytes, "a reference", MemoryOwner::references);
   if (!memory) return memory.error();
   reference->id = sha256;
   reference->memory = std::move(*memory);

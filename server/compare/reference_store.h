@@ -56,6 +56,7 @@ class ReferenceStore final : public SpareMemory {
   std::uint64_t could_free() const override;
 
   std::uint64_t limit() const { return limit_; }
+  MemoryAccount& memory() const { return memory_; }  // that references count on
 
  private:
   using Kept = std::list<std::shared_ptr<const ReferencePicture>>;

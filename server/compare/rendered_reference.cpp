@@ -57,13 +57,13 @@ std::string rendered_reference_id(const LoadedScene& scene, const CameraPose& vi
 }
 
 Result<std::shared_ptr<const ReferencePicture>> render_reference(
-    const RenderContext::Resources& resources, const std::shared_ptr<const LoadedScene>& scene, const CameraPose& view,
-    const ReferenceRequest& request, const CancelToken& cancel,
+    const RenderContext::Resources& resources, MemoryAccount& kept, const std::shared_ptr<const LoadedScene>& scene,
+    const CameraPose& view, const ReferenceRequest& request, const CancelToken& cancel,
     const std::function<void(const ReferenceProgress&)>& told) {
   auto reference = std::make_shared<ReferencePicture>();
   reference->id = rendered_reference_id(*scene, view, request);
   const int width = request.settings.width, height = request.settings.height;
-  auto memory = resources.memory.reserve_with_room(picture_bytes(width, height, 3), "a reference");
+  auto memory = kept.reserve_with_room(picture_bytes(width, height, 3), "a reference", MemoryOwner::references);
   if (!memory) return memory.error();
   reference->memory = std::move(*memory);
   reference->mean = Picture(width, height);

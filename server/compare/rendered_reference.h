@@ -19,9 +19,10 @@ std::string rendered_reference_id(const LoadedScene& scene, const CameraPose& vi
 struct ReferenceProgress {
   double samples = 0, error = 0;
 };
+// kept: the account of the picture, which outlives the comparison.
 Result<std::shared_ptr<const ReferencePicture>> render_reference(
-    const RenderContext::Resources& resources, const std::shared_ptr<const LoadedScene>& scene, const CameraPose& view,
-    const ReferenceRequest& request, const CancelToken& cancel,
+    const RenderContext::Resources& resources, MemoryAccount& kept, const std::shared_ptr<const LoadedScene>& scene,
+    const CameraPose& view, const ReferenceRequest& request, const CancelToken& cancel,
     const std::function<void(const ReferenceProgress&)>& told);
 
 }  // namespace helio

@@ -27,9 +27,12 @@ std::optional<std::string> from_hex(const std::string& text) {
 
 std::string CheckpointHeader::write() const {
   Json json{{"view", view}, {"build", build}, {"same_bits", same_bits}};
-  if (frame_end) {
-    json["frame_end"] = to_hex({reinterpret_cast<const std::uint8_t*>(frame_end->data()), frame_end->size()});
-  }
+  const auto hex = [](const std::string& bytes) {
+    return to_hex({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+  };
+  if (frame_end) json["frame_end"] = hex(*frame_end);
+  if (!progress.empty()) json["progress"] = hex(progress);
+  if (time_s > 0) json["time_s"] = time_s;
   return json.dump();
 }
 
@@ -45,6 +48,8 @@ std::optional<CheckpointHeader> CheckpointHeader::read(const std::string& text) 
       header.frame_end = from_hex(json.at("frame_end"));
       if (!header.frame_end) return std::nullopt;
     }
+    if (json.contains("progress")) header.progress = from_hex(json.at("progress")).value_or("");
+    header.time_s = json.value("time_s", 0.0);
     return header;
   } catch (const Json::exception&) {
     return std::nullopt;

@@ -14,6 +14,10 @@ struct CheckpointHeader {
   // The view is rendered: the body is its EXR file, and this its FrameEnd, serialized. Absent: the body is a
   // PictureCheckpoint.
   std::optional<std::string> frame_end;
+  // Of a picture: how far it is, as a serialized pb::Progress, and when it was written, Unix time. Empty, 0: it was
+  // written by a daemon that did not tell.
+  std::string progress = {};
+  double time_s = 0;
 
   std::string write() const;
   static std::optional<CheckpointHeader> read(const std::string& text);  // nothing: it is none

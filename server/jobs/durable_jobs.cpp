@@ -6,13 +6,18 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <new>
 #include <utility>
 
 #include "renderer/base/clock.h"
 #include "renderer/base/unix_time.h"
+#include "renderer/codec/atomic_file.h"
+#include "renderer/codec/sha256.h"
 #include "server/base/guarded.h"
+#include "server/base/log_format.h"
 #include "server/base/retry.h"
 #include "server/jobs/job_messages.h"
+#include "server/jobs/leftovers.h"
 #include "server/sessions/session_registry.h"
 #include "server/stream/settings_messages.h"
 
@@ -24,6 +29,10 @@ constexpr int kMostPriority = 100, kMostPageSize = 1000, kDefaultPageSize = 100;
 constexpr double kForgetSeconds = 3600;  // between looks for jobs that are too old to be kept
 constexpr double kTryAgainSeconds = 1;   // where the state folder takes no row
 constexpr int kMostDoublings = 7;        // of the wait of a job that lacked something
+constexpr char kDaemonEnded[] = "the daemon ended while it ran";
+constexpr char kNoThread[] = "the machine had no thread or memory for it";
+constexpr std::uint64_t kHeaderBytes = 1 << 20;  // of a checkpoint file, at most
+constexpr double kFreshSeconds = 2;      // age of a running job's checkpoint that is shown as it is
 
 bool has_control(const std::string& text) {
   return std::any_of(text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 127; });
@@ -72,7 +81,8 @@ DurableJobs::DurableJobs(ServiceCore& core, OutputRoots outputs, StateFolder fol
       scenes_(folder_.scenes(), core.config.max_state_scene_bytes),
       stores_{core,     *table_,           checkpoints_,
               scenes_,  outputs_,          folder_.results(),
-              core.config.checkpoint_interval_s, {}} {}
+              core.config.checkpoint_interval_s, {}},
+      sessions_(core, folder_.sessions(), scenes_) {}
 
 Result<std::unique_ptr<DurableJobs>> DurableJobs::open(ServiceCore& core, const std::string& folder,
                                                        std::vector<std::string>& notices) {
@@ -84,13 +94,14 @@ Result<std::unique_ptr<DurableJobs>> DurableJobs::open(ServiceCore& core, const 
   if (!table) return table.error();
   std::unique_ptr<DurableJobs> jobs(
       new DurableJobs(core, std::move(*outputs), std::move(*held), std::move(*table)));
-  if (const Status taken = jobs->take_up(); !taken.ok()) return taken.error();
+  if (const Status taken = jobs->take_up(notices); !taken.ok()) return taken.error();
   return jobs;
 }
 
 void DurableJobs::begin() {
   core_.jobs.on_removed([this] { wake(); });
   thread_ = std::thread([this] { schedule(); });
+  sessions_.begin();
 }
 
 DurableJobs::~DurableJobs() {
@@ -108,38 +119,66 @@ DurableJobs::~DurableJobs() {
   }
 }
 
-// Whoever was running when the daemon before ended goes back into the queue.
-Status DurableJobs::take_up() {
+Status DurableJobs::take_up(std::vector<std::string>& notices) {
   table_->on_events([this] { tell(); });
   if (const Status opened = checkpoints_.open(); !opened.ok()) return opened;
-  std::vector<SceneStore::Held> held;
+  if (const Status opened = sessions_.open(notices); !opened.ok()) return opened;
+  std::vector<SceneStore::Held> held = sessions_.held();
+  std::vector<JobRecord> unfinished;
   for (const JobState state : {JobState::queued, JobState::running, JobState::paused}) {
     const auto jobs = table_->in_state(state);
     if (!jobs) return jobs.error();
     for (const JobRecord& job : *jobs) {
-      if (state == JobState::running) {
-        JobChange change;
-        change.reason = "the daemon ended while it ran";
-        const auto changed = table_->change(job.id, change);
-        if (!changed) return changed.error();
-        if (is_final(changed->state)) {
-          checkpoints_.remove(job.id);
-          continue;
-        }
-      }
       held.push_back({job.id, job.scene_id});
+      unfinished.push_back(job);
+      note_progress(job.id);
     }
   }
-  return scenes_.open(held);
+  clear_outputs(outputs_, unfinished);
+  clear_results(folder_.results(), *table_, core_.config.keep_jobs_days, notices);
+  if (const Status opened = scenes_.open(held); !opened.ok()) return opened;
+  const Status taken = take_up_running(kDaemonEnded);
+  if (taken.ok() || taken.error().code != ErrorCode::unavailable) return taken;
+  // As where another program has it locked. Reading goes on, and no job begins before a row can be written.
+  left_running_ = kDaemonEnded;
+  notices.push_back(taken.error().to_string() + "; jobs wait until it can be written");
+  return ok_status();
 }
 
-Result<pb::SubmitJobResponse> DurableJobs::submit(const pb::SubmitJobRequest& asked, const std::string& by) {
+Status DurableJobs::take_up_running(const char* reason) {
+  const auto jobs = table_->in_state(JobState::running);
+  if (!jobs) return jobs.error();
+  for (const JobRecord& job : *jobs) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (running_.contains(job.id)) continue;
+    }
+    JobChange change;
+    change.from = {JobState::running};
+    change.reason = reason;
+    const auto changed = table_->change(job.id, change);
+    if (!changed) return changed.error();
+    note_change(*changed, {});
+    if (is_final(changed->state)) come_to_end(job.id);
+  }
+  return ok_status();
+}
+
+// As the job's newest checkpoint tells, without a look at the picture.
+void DurableJobs::note_progress(const std::string& id) {
+  const auto newest = checkpoints_.read_head(id);
+  const auto header = newest.file ? CheckpointHeader::read(newest.file->header) : std::nullopt;
+  if (auto kept = header ? kept_progress(*header) : std::nullopt) kept_progress_[id] = std::move(*kept);
+}
+
+Result<pb::SubmitJobResponse> DurableJobs::submit(const pb::SubmitJobRequest& asked, const Caller& caller,
+                                                  const std::string& by) {
   if (const Status accepting = core_.check_accepting(); !accepting.ok()) return accepting.error();
   Problems problems;
   check_request(asked, problems);
   if (problems.empty() && !asked.client_token().empty()) {
     // Sent again, it is there, whatever has become of its scene and its output meanwhile.
-    if (auto again = find_again(asked)) return std::move(*again);
+    if (auto again = find_again(asked, caller.name)) return std::move(*again);
   }
   auto planned = plan_job(core_, asked.job(), "job");
   if (!planned && planned.error().code == ErrorCode::invalid_argument)
@@ -160,6 +199,7 @@ Result<pb::SubmitJobResponse> DurableJobs::submit(const pb::SubmitJobRequest& as
 
   JobRecord record;
   record.id = make_id("j-");
+  record.owner = caller.name;
   record.client_token = request.client_token();
   record.name = request.name();
   record.request = request.SerializeAsString();
@@ -167,7 +207,10 @@ Result<pb::SubmitJobResponse> DurableJobs::submit(const pb::SubmitJobRequest& as
   record.priority = request.priority();
   record.views = std::uint32_t(plan.views.size());
   if (const Status held = scenes_.hold(*planned->scene, record.id); !held.ok()) return held.error();
-  auto submitted = table_->submit(record, core_.config.max_queued_jobs, by);
+  auto submitted = guarded([&] {
+    return core_.job_quota.add(caller, [&] { return table_->submit(record, core_.config.max_queued_jobs, by); });
+  });
+  note_state(submitted ? ok_status() : Status(submitted.error()));
   if (!submitted || submitted->already_there) scenes_.release(record.id);
   if (!submitted) return submitted.error();
   wake();
@@ -179,16 +222,17 @@ Result<pb::SubmitJobResponse> DurableJobs::submit(const pb::SubmitJobRequest& as
   response.mutable_unsampled()->Add(notices.unsampled.begin(), notices.unsampled.end());
   response.mutable_notices()->Add(notices.notices.begin(), notices.notices.end());
   if (!submitted->already_there) {
-    spdlog::info("job submitted id={} scene={} size={}x{} views={} priority={}", record.id,
-                 record.scene_id.substr(0, 12), plan.settings.width, plan.settings.height, record.views,
-                 record.priority);
+    spdlog::info("job submitted job={} name={} scene={} size={}x{} views={} priority={} by={}", record.id,
+                 logged(record.name), record.scene_id.substr(0, 12), plan.settings.width, plan.settings.height,
+                 record.views, record.priority, logged(by));
   }
   return response;
 }
 
 // The job of this token, if what is asked for is the same as far as it was given.
-std::optional<pb::SubmitJobResponse> DurableJobs::find_again(const pb::SubmitJobRequest& asked) const {
-  const auto known = table_->find_token({}, asked.client_token());
+std::optional<pb::SubmitJobResponse> DurableJobs::find_again(const pb::SubmitJobRequest& asked,
+                                                             const std::string& owner) const {
+  const auto known = table_->find_token(owner, asked.client_token());
   if (!known || !*known) return std::nullopt;
   pb::SubmitJobRequest again = asked;
   Problems problems;
@@ -237,9 +281,17 @@ Result<pb::Job> DurableJobs::get(const std::string& id) const {
 pb::Job DurableJobs::describe(const JobRecord& record) const {
   pb::Job job = to_message(record);
   const std::lock_guard lock(mutex_);
+  const auto kept = kept_progress_.find(record.id);
+  if (kept != kept_progress_.end() && !is_final(record.state) && kept->second.view == record.views_done) {
+    *job.mutable_progress() = kept->second.progress;
+    job.mutable_progress()->set_samples_per_second(0);  // nothing is rendered
+    job.set_checkpoint_s(kept->second.checkpoint_s);
+  }
   const auto found = running_.find(record.id);
   if (found == running_.end() || found->second.over || !found->second.attempt) return job;
   const JobAttempt& attempt = *found->second.attempt;
+  if (const auto newest = attempt.kept(); newest && newest->view == record.views_done)
+    job.set_checkpoint_s(newest->checkpoint_s);
   if (const auto progress = attempt.progress()) {
     *job.mutable_progress() = to_message(progress->frame, record.id);
     if (progress->left) {
@@ -248,8 +300,49 @@ pb::Job DurableJobs::describe(const JobRecord& record) const {
       job.mutable_left()->set_high_s(progress->left->high_s);
     }
   }
-  job.set_checkpoint_s(attempt.checkpoint_s());
   return job;
+}
+
+void DurableJobs::on_state(std::function<void(const Status&)> told) {
+  const std::lock_guard lock(state_mutex_);
+  told_ = std::move(told);
+}
+
+void DurableJobs::note_state(const Status& written) noexcept {
+  const bool ok = written.ok();
+  if (!ok && written.error().code != ErrorCode::unavailable && written.error().code != ErrorCode::internal) return;
+  if (ok && takes_changes_) return;
+  const std::lock_guard lock(state_mutex_);
+  if (takes_changes_.exchange(ok) == ok) return;
+  if (!ok) {
+    const std::lock_guard scheduler(mutex_);
+    look_again_s_ = std::min(look_again_s_, now_s() + kTryAgainSeconds);
+    changed_.notify_all();
+  }
+  try {
+    if (ok) {
+      spdlog::info("the state folder takes changes again folder={}", logged(folder_.path()));
+    } else {
+      spdlog::error("the state folder takes no changes folder={} error={}", logged(folder_.path()),
+                    logged(written.error().to_string()));
+    }
+    if (told_) told_(written);
+  } catch (const std::bad_alloc&) {  // the next change is told
+  }
+}
+
+void DurableJobs::note_change(const JobRecord& job, const std::string& by) noexcept {
+  if (job.state == JobState::succeeded) core_.counters.jobs_succeeded.add();
+  if (job.state == JobState::failed) core_.counters.jobs_failed.add();
+  if (job.state == JobState::canceled) core_.counters.jobs_canceled.add();
+  try {
+    std::string line = fmt::format("job {} job={} attempt={}", to_word(job.state), job.id, job.attempt);
+    if (is_final(job.state) && job.started_s > 0) line += fmt::format(" seconds={:.3f}", job.ended_s - job.started_s);
+    if (!by.empty()) line += " by=" + logged(by);
+    if (!job.reason.empty()) line += " reason=" + logged(job.reason);
+    spdlog::info("{}", line);
+  } catch (const std::bad_alloc&) {  // the line is lost, and the job goes its way
+  }
 }
 
 void DurableJobs::ask(const std::string& id, JobAttempt::Request request, const std::string& by) {
@@ -273,6 +366,7 @@ Result<JobRecord> DurableJobs::stop_job(const std::string& id, JobState to, cons
         const auto now = table_->get(id);
         if (now && now->state != record->state) continue;
       }
+      if (changed) note_change(*changed, by);
       if (changed && is_final(to)) come_to_end(id);
       return changed;
     }
@@ -295,6 +389,12 @@ Status DurableJobs::cancel(const std::string& id, const std::string& by) {
   return ok_status();
 }
 
+Result<std::string> DurableJobs::owner_of(const std::string& id) const {
+  const auto record = table_->get(id);
+  if (!record) return record.error();
+  return record->owner;
+}
+
 Result<pb::Job> DurableJobs::resume(const std::string& id, const std::string& by) {
   JobChange change;
   change.to = JobState::queued;
@@ -302,6 +402,7 @@ Result<pb::Job> DurableJobs::resume(const std::string& id, const std::string& by
   change.by = by;
   const auto record = table_->change(id, change);
   if (!record) return record.error();
+  note_change(*record, by);
   wake();
   return describe(*record);
 }
@@ -332,6 +433,90 @@ Result<DurableJobs::ResultFile> DurableJobs::result(const std::string& id, std::
                "view"};
 }
 
+Result<DurableJobs::ResultTiles> DurableJobs::tiles(const pb::GetResultRequest& asked) {
+  const auto record = table_->get(asked.job_id());
+  if (!record) return record.error();
+  pb::SubmitJobRequest request;
+  request.ParseFromString(record->request);
+  Problems problems;
+  JobTiles::Request wanted;
+  wanted.settings = read_settings(request.job().settings(), core_.render_limits(), "settings", problems);
+  wanted.format = read_tile_format(asked.tiles().format(), "tiles.format", problems, core_.oidn != nullptr);
+  const PixelRect region = wanted.settings.rendered_region();
+  wanted.window = region;
+  if (asked.tiles().has_window()) {
+    const pb::Rect& window = asked.tiles().window();
+    wanted.window = {window.x0(), window.y0(), window.x1(), window.y1()};
+    const PixelRect& w = wanted.window;
+    if (w.x0 >= w.x1 || w.y0 >= w.y1 || intersect(w, region) != w) {
+      problems.add("tiles.window", fmt::format("[{}, {}) x [{}, {}); allowed: a part of [{}, {}) x [{}, {})", w.x0,
+                                               w.x1, w.y0, w.y1, region.x0, region.x1, region.y0, region.y1));
+    }
+  }
+  if (!problems.empty()) return problems.to_error();
+
+  const std::uint64_t planes = std::uint64_t(region.area()) * 32 * sizeof(float);  // of a file, with all its channels
+  const std::uint64_t checkpoint = checkpoint_bytes(wanted.settings) + kHeaderBytes;
+  auto memory = core_.memory.reserve_with_room(
+      std::max(2 * planes, film_bytes(wanted.settings) + checkpoint), "the picture of a job");
+  if (!memory) return memory.error();
+  const auto whole = [&](std::span<const std::uint8_t> file, pb::JobView view) -> Result<ResultTiles> {
+    auto tiles = JobTiles::of_file(file, wanted);
+    if (!tiles) return tiles.error();
+    tiles->count(std::move(*memory));
+    return ResultTiles{std::move(view), std::move(*tiles)};
+  };
+  auto done = result(asked.job_id(), asked.view());
+  if (done) {
+    const auto bytes = read_whole_file(done->file, 2 * planes);
+    if (!bytes) return Error{ErrorCode::not_found, "'" + done->file + "' is gone, or cannot be read", "view"};
+    Sha256 hash;
+    hash.update(*bytes);
+    if (const std::string found = to_hex(hash.finish()); found != done->view.sha256()) {
+      return Error{ErrorCode::internal,
+                   fmt::format("its file has the SHA-256 {}, that of the picture is {}", found, done->view.sha256()),
+                   "view"};
+    }
+    return whole(*bytes, std::move(done->view));
+  }
+  if (done.error().code != ErrorCode::failed_precondition || asked.view() != record->views_done ||
+      is_final(record->state)) {
+    return done.error();
+  }
+  bool running = false;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = running_.find(record->id);
+    running = found != running_.end() && !found->second.over && found->second.attempt;
+    if (running) found->second.attempt->checkpoint_soon(kFreshSeconds);
+  }
+  auto newest = checkpoints_.look(record->id, std::max(checkpoint, 2 * planes));
+  const auto header = newest.file ? CheckpointHeader::read(newest.file->header) : std::nullopt;
+  pb::JobView view;
+  view.set_view(asked.view());
+  if (header && header->view == asked.view() && header->frame_end) {
+    view.mutable_end()->ParseFromString(*header->frame_end);
+    return whole(newest.file->body, std::move(view));
+  }
+  if (!can_checkpoint(wanted.settings)) {
+    return Error{ErrorCode::failed_precondition,
+                 fmt::format("view {} is not done, and mode {} with variant {} has no checkpoints that could be shown",
+                             asked.view(), to_string(wanted.settings.mode), to_string(wanted.settings.variant)),
+                 "view"};
+  }
+  if (!header || header->view != asked.view()) {
+    return Error{running ? ErrorCode::unavailable : ErrorCode::failed_precondition,
+                 fmt::format("view {} has no checkpoint{}", asked.view(), running ? " so far" : ""), "view",
+                 running ? kFreshSeconds / 2 : 0};
+  }
+  const auto picture = PictureCheckpoint::decode(std::move(newest.file->body), wanted.settings);
+  if (!picture) return picture.error();
+  if (const auto kept = kept_progress(*header)) *view.mutable_end()->mutable_totals() = kept->progress;
+  ResultTiles tiles{std::move(view), JobTiles::of_checkpoint(*picture, wanted)};
+  tiles.tiles.count(std::move(*memory));
+  return tiles;
+}
+
 DurableJobs::Listener DurableJobs::listen(std::function<void()> told) {
   auto listener = std::make_shared<const std::function<void()>>(std::move(told));
   const std::lock_guard lock(listeners_mutex_);
@@ -341,14 +526,10 @@ DurableJobs::Listener DurableJobs::listen(std::function<void()> told) {
 }
 
 void DurableJobs::tell() {
-  std::vector<Listener> told;
-  {
-    const std::lock_guard lock(listeners_mutex_);
-    for (const auto& one : listeners_) {
-      if (auto listener = one.lock()) told.push_back(std::move(listener));
-    }
+  const std::lock_guard lock(listeners_mutex_);
+  for (const auto& one : listeners_) {
+    if (const Listener listener = one.lock()) (*listener)();
   }
-  for (const Listener& listener : told) (*listener)();
 }
 
 std::string DurableJobs::keep_upload(const SceneBundle& bundle) {
@@ -371,6 +552,10 @@ void DurableJobs::schedule() {
   std::unique_lock lock(mutex_);
   while (!stopping_) {
     std::vector<std::unique_ptr<JobAttempt>> over;  // ended outside the lock
+    if (!guarded([&] { return over.reserve(running_.size()), ok_status(); }).ok()) {
+      changed_.wait_for(lock, std::chrono::duration<double>(kTryAgainSeconds));
+      continue;
+    }
     for (auto it = running_.begin(); it != running_.end();) {
       if (it->second.over) over.push_back(std::move(it->second.attempt));
       it = it->second.over ? running_.erase(it) : std::next(it);
@@ -392,8 +577,13 @@ void DurableJobs::schedule() {
     const bool begin = beginning_;
     lock.unlock();
     over.clear();
-    const Status done = guarded([&] {
+    const Status done = guarded([&]() -> Status {
+      if (left_running_ && begin) {
+        if (const Status taken = take_up_running(left_running_); !taken.ok()) return taken;
+        left_running_ = nullptr;
+      }
       if (now >= forget_at_s_) forget_old();
+      if (!takes_changes_) note_state(table_->probe());
       while (begin && begin_next()) {
       }
       return ok_status();
@@ -401,9 +591,10 @@ void DurableJobs::schedule() {
     lock.lock();
     beginning_ = false;
     if (!done.ok()) {
-      spdlog::error("no job could be begun: {}", done.error().to_string());
+      spdlog::error("no job could be begun error={}", logged(done.error().to_string()));
       look_again_s_ = now_s() + kTryAgainSeconds;
     }
+    if (!takes_changes_) look_again_s_ = std::min(look_again_s_, now_s() + kTryAgainSeconds);
     changed_.notify_all();
   }
 }
@@ -411,7 +602,7 @@ void DurableJobs::schedule() {
 void DurableJobs::forget_old() {
   forget_at_s_ = now_s() + kForgetSeconds;
   const auto ids = table_->forget_ended_before(unix_time_s() - core_.config.keep_jobs_days * 86400);
-  if (!ids) return spdlog::warn("old jobs could not be forgotten: {}", ids.error().to_string());
+  if (!ids) return spdlog::warn("old jobs could not be forgotten error={}", logged(ids.error().to_string()));
   for (const std::string& id : *ids) {
     come_to_end(id);
     std::error_code error;
@@ -430,7 +621,7 @@ bool DurableJobs::begin_next() {
   }
   const auto next = table_->next_queued(except);
   if (!next) {
-    spdlog::error("the next job is not known: {}", next.error().to_string());
+    spdlog::error("the next job is not known error={}", logged(next.error().to_string()));
     const std::lock_guard lock(mutex_);
     look_again_s_ = now_s() + kTryAgainSeconds;
     return false;
@@ -438,50 +629,52 @@ bool DurableJobs::begin_next() {
   if (!*next) return false;
   auto place = core_.jobs.reserve();
   if (!place) return false;
-  pb::SubmitJobRequest request;
-  request.ParseFromString((*next)->request);
-  JobChange change;
-  change.to = JobState::running;
-  change.from = {JobState::queued};
-  // That of the views that are done stays.
-  if ((*next)->views_done == 0) change.build = rendering_build(request.job().settings().device());
-  auto record = table_->change((*next)->id, change);
+  auto record = guarded([&] {
+    pb::SubmitJobRequest request;
+    request.ParseFromString((*next)->request);
+    JobChange change;
+    change.to = JobState::running;
+    change.from = {JobState::queued};
+    // That of the views that are done stays.
+    if ((*next)->views_done == 0) change.build = rendering_build(request.job().settings().device());
+    return table_->change((*next)->id, change);
+  });
+  note_state(record ? ok_status() : Status(record.error()));
   if (!record) {
     core_.jobs.remove(*place);
     if (record.error().code == ErrorCode::failed_precondition) return true;  // it was paused or cancelled
-    spdlog::error("job {} cannot begin: {}", (*next)->id, record.error().to_string());
+    spdlog::error("job cannot begin job={} error={}", (*next)->id, logged(record.error().to_string()));
     const std::lock_guard lock(mutex_);
     due_ = false;  // the place that was given back is no reason to look again at once
     look_again_s_ = now_s() + kTryAgainSeconds;
     return false;
   }
-  const std::string id = record->id;
+  const std::string& id = record->id;
   Status made = ok_status();
   {
     const std::lock_guard lock(mutex_);
-    Running& running = running_[id];
-    running.place = *place;
     made = guarded([&] {
+      Running& running = running_[id];
+      running.place = *place;
       running.attempt = std::make_unique<JobAttempt>(
           stores_, *record, [this, id](const JobAttempt::Outcome& outcome) { attempt_over(id, outcome); });
       return ok_status();
     });
-    if (made.ok() && draining_) running.attempt->ask(JobAttempt::Request::suspend, {});
+    if (made.ok() && draining_) running_[id].attempt->ask(JobAttempt::Request::suspend, {});
     if (!made.ok()) {
-      spdlog::error("job {} cannot begin: {}", id, made.error().to_string());
       running_.erase(id);
       look_again_s_ = now_s() + kTryAgainSeconds;
     }
   }
   if (!made.ok()) {
+    spdlog::error("job cannot begin job={} error={}", id, logged(made.error().to_string()));
     core_.jobs.remove(*place);
-    JobChange back;
-    back.from = {JobState::running};
-    back.reason = "the machine had no thread or memory for it";
-    (void)table_->change(id, back);
+    left_running_ = kNoThread;
+    const Status back = guarded([&] { return take_up_running(kNoThread); });
+    if (back.ok()) left_running_ = nullptr;
     return false;
   }
-  spdlog::info("job begun id={} attempt={}", id, (*next)->attempt + 1);
+  spdlog::info("job begun job={} attempt={}", id, (*next)->attempt + 1);
   // Who asked for an end before the attempt was there has left it in the table.
   const auto asked = table_->get(id);
   if (asked && asked->target == JobState::paused) ask(id, JobAttempt::Request::pause, asked->target_by);
@@ -494,14 +687,19 @@ void DurableJobs::attempt_over(const std::string& id, const JobAttempt::Outcome&
   std::optional<JobState> state;  // that was written
   for (;;) {
     const auto changed = table_->change(id, outcome.change);
+    note_state(changed ? ok_status() : Status(changed.error()));
     if (changed) {
       state = changed->state;
-      spdlog::info("job {} id={} {}", to_string(changed->state), id, changed->reason);
+      note_change(*changed, outcome.change.by);
       break;
     }
-    spdlog::error("job {}: its state cannot be written: {}", id, changed.error().to_string());
+    spdlog::error("job's state cannot be written job={} error={}", id, logged(changed.error().to_string()));
     const ErrorCode code = changed.error().code;
-    if (code == ErrorCode::not_found || code == ErrorCode::failed_precondition) break;
+    if (code == ErrorCode::not_found || code == ErrorCode::failed_precondition) {
+      // It was written by a call before this one, which had no memory for the rest.
+      if (const auto now = table_->get(id)) state = now->state;
+      break;
+    }
     std::unique_lock lock(mutex_);
     // A daemon that ends leaves it to the next one, which finds the job running.
     const auto wait = std::chrono::duration<double>(kTryAgainSeconds);
@@ -513,6 +711,8 @@ void DurableJobs::attempt_over(const std::string& id, const JobAttempt::Outcome&
   {
     const std::lock_guard lock(mutex_);
     Running& running = running_.at(id);
+    if (const auto kept = running.attempt ? running.attempt->kept() : std::nullopt) kept_progress_[id] = *kept;
+    if (state && is_final(*state)) kept_progress_.erase(id);
     if (state == JobState::queued && outcome.retry_after_s > 0) {
       // What is lacking may never come: each try waits twice as long as the one before.
       const int tries = std::min(tries_[id]++, kMostDoublings);
@@ -532,6 +732,8 @@ void DurableJobs::attempt_over(const std::string& id, const JobAttempt::Outcome&
 void DurableJobs::come_to_end(const std::string& id) {
   scenes_.release(id);
   checkpoints_.remove(id);
+  const std::lock_guard lock(mutex_);
+  kept_progress_.erase(id);
 }
 
 bool DurableJobs::drain(double deadline_s) {

@@ -7,11 +7,15 @@
 #include <filesystem>
 #include <utility>
 
+#include "renderer/base/clock.h"
 #include "renderer/base/unix_time.h"
 #include "renderer/codec/atomic_file.h"
+#include "renderer/frame/checkpoint/checkpoint_picture.h"
+#include "renderer/frame/failure_reason.h"
 #include "server/base/build_info.h"
 #include "server/base/guarded.h"
 #include "server/base/retry.h"
+#include "server/jobs/load_kept_scene.h"
 
 namespace helio {
 namespace {
@@ -72,6 +76,26 @@ void JobAttempt::ask(Request request, const std::string& by) {
   signals_->changed.notify_all();
 }
 
+std::optional<KeptProgress> kept_progress(const CheckpointHeader& header) {
+  KeptProgress kept{header.view, {}, header.time_s};
+  if (header.frame_end || header.progress.empty() || !kept.progress.ParseFromString(header.progress))
+    return std::nullopt;
+  return kept;
+}
+
+std::optional<KeptProgress> JobAttempt::kept() const {
+  const std::lock_guard lock(signals_->mutex);
+  return signals_->kept;
+}
+
+void JobAttempt::checkpoint_soon(double max_age_s) {
+  std::unique_lock lock(signals_->mutex);
+  const auto rendering = signals_->rendering.lock();
+  const bool old = !signals_->kept || unix_time_s() - signals_->kept->checkpoint_s > max_age_s;
+  lock.unlock();
+  if (rendering && old) rendering->loop().checkpoint_soon();
+}
+
 std::optional<JobAttempt::Progress> JobAttempt::progress() const {
   std::unique_lock lock(signals_->mutex);
   const auto rendering = signals_->rendering.lock();
@@ -92,14 +116,17 @@ std::optional<JobAttempt::Progress> JobAttempt::progress() const {
 void JobAttempt::run() {
   Outcome outcome;
   const Status worked = guarded([&] { return outcome = work(), ok_status(); });
-  if (!worked.ok()) outcome = failed(worked.error());
   rendering_.reset();
-  outcome.change.from = {JobState::running};
-  outcome.change.same_bits = same_bits_;
-  for (const std::string& note : notes_) outcome.change.reason += (outcome.change.reason.empty() ? "" : "; ") + note;
+  const auto tell = [&] {
+    Outcome told = worked.ok() ? outcome : failed(worked.error());
+    told.change.from = {JobState::running};
+    told.change.same_bits = same_bits_;
+    for (const std::string& note : notes_) told.change.reason += (told.change.reason.empty() ? "" : "; ") + note;
+    over_(told);
+    return ok_status();
+  };
   // Without memory, later: nobody else ends the attempt.
-  while (!guarded([&] { return over_(outcome), ok_status(); }).ok())
-    std::this_thread::sleep_for(std::chrono::seconds(1));
+  while (!guarded(tell).ok()) std::this_thread::sleep_for(std::chrono::seconds(1));
 }
 
 JobAttempt::Outcome JobAttempt::work() {
@@ -136,8 +163,7 @@ Status JobAttempt::load() {
   if (!held) {
     const std::lock_guard one_at_a_time(stores_.loading);
     if (asked_to_stop()) return Error{ErrorCode::cancelled, "it was asked to stop", {}};
-    held = core.scenes.acquire(record_.scene_id, "scene_id");
-    if (!held) held = load_again();
+    held = load_kept_scene(core, stores_.scenes, record_.scene_id, record_.owner, loading_);
     if (!held) return held.error();
   }
   auto planned = plan_job(core, request_.job(), "job");
@@ -146,28 +172,14 @@ Status JobAttempt::load() {
   return ok_status();
 }
 
-Result<SceneLease> JobAttempt::load_again() {
-  ServiceCore& core = stores_.core;
-  auto recipe = stores_.scenes.recipe(record_.scene_id, core.memory);
-  if (!recipe) return recipe.error();
-  const auto loaded = core.scenes.load(std::move(recipe->request), loading_);
-  if (!loaded) return loaded.error();
-  SceneLease scene(loaded->scene);
-  if (scene->id != recipe->loaded_id) {
-    return Error{ErrorCode::failed_precondition,
-                 fmt::format("its files make scene {} now, where it was submitted with {}", scene->id.substr(0, 12),
-                             recipe->loaded_id.substr(0, 12)),
-                 "scene_id"};
-  }
-  if (recipe->changes.empty()) return scene;
-  const auto edited = core.scenes.change(scene, recipe->changes, loading_);
-  if (!edited) return edited.error();
-  return SceneLease(edited->scene);
+// The share of whoever submitted the job.
+MemoryAccount& JobAttempt::account() {
+  return stores_.core.memory_of(record_.owner);
 }
 
 Status JobAttempt::begin_rendering() {
   const JobPlan& plan = planned_->plan;
-  picture_ = std::make_shared<JobPicture>(stores_.core.memory, plan.format, [signals = signals_] {
+  picture_ = std::make_shared<JobPicture>(account(), plan.format, [signals = signals_] {
     const std::lock_guard lock(signals->mutex);
     signals->frame_ended = true;
     signals->changed.notify_all();
@@ -177,13 +189,14 @@ Status JobAttempt::begin_rendering() {
     checkpoints.emplace();
     checkpoints->interval_s = stores_.checkpoint_interval_s;
     checkpoints->prepare_later = true;
+    checkpoints->paused = [&pause = stores_.core.counters.checkpoints.pause](double s) { pause.observe(s); };
     checkpoints->keep = [signals = signals_](std::shared_ptr<const PictureCheckpoint> checkpoint) {
       const std::lock_guard lock(signals->mutex);
       signals->checkpoint = std::move(checkpoint);
       signals->changed.notify_all();
     };
   }
-  auto rendering = RenderContext::create(stores_.core.resources(), std::move(planned_->scene), plan.settings,
+  auto rendering = RenderContext::create(stores_.core.resources(account()), std::move(planned_->scene), plan.settings,
                                          plan.budget, RenderRank::job, FramePublisher::Tiles::final_only,
                                          plan.format.channels, picture_, std::move(checkpoints));
   if (!rendering) return rendering.error();
@@ -210,7 +223,7 @@ Result<JobAttempt::Resumed> JobAttempt::find_checkpoint(std::uint32_t view) {
   const JobPlan& plan = planned_->plan;
   const std::uint64_t file = std::uint64_t(plan.settings.rendered_region().area()) * plan.format.planes() * 8;
   const std::uint64_t most = std::max(checkpoint_bytes(plan.settings), file) + kHeaderBytes;
-  auto memory = stores_.core.memory.reserve_with_room(most, "the checkpoint of a job");
+  auto memory = account().reserve_with_room(most, "the checkpoint of a job", MemoryOwner::checkpoints);
   if (!memory) return memory.error();
   auto newest = stores_.checkpoints.read(record_.id, most);
   for (;;) {
@@ -323,25 +336,45 @@ std::variant<FrameEnd, JobAttempt::Outcome> JobAttempt::wait_for_end(std::uint32
 // For the log, and for whoever reads how the attempt ended.
 void JobAttempt::note(const std::string& text) {
   constexpr std::size_t kMostNotes = 4;
-  spdlog::warn("job {}: {}", record_.id, text);
+  spdlog::warn("{} job={}", text, record_.id);
   if (notes_.size() < kMostNotes && std::find(notes_.begin(), notes_.end(), text) == notes_.end())
     notes_.push_back(text);
 }
 
 void JobAttempt::write_checkpoint(std::uint32_t view, const PictureCheckpoint& checkpoint) {
-  const CheckpointHeader header{view, build_, same_bits_, std::nullopt};
+  look_at_device();
+  FrameProgress progress = progress_of(checkpoint);
+  progress.budget_used = rendering_->loop().progress().budget_used;
+  CheckpointHeader header{view, build_, same_bits_, std::nullopt};
+  header.progress = to_message(progress, record_.id).SerializeAsString();
+  header.time_s = unix_time_s();
   const std::span<const std::uint8_t> body[] = {checkpoint.encode()};
+  CheckpointCounters& counters = stores_.core.counters.checkpoints;
+  const double began = now_s();
   const Status written = stores_.checkpoints.write(record_.id, header.write(), body);
-  if (written.ok()) {
-    checkpoint_s_ = unix_time_s();
-  } else {
-    note("a checkpoint was not written: " + written.error().to_string());
+  if (!written.ok()) {
+    counters.failures.add();
+    return note("a checkpoint was not written: " + written.error().to_string());
   }
+  counters.write.observe(now_s() - began);
+  const std::lock_guard lock(signals_->mutex);
+  signals_->kept = kept_progress(header);
+}
+
+// What a device that has failed left to the processor has other last bits.
+void JobAttempt::look_at_device() {
+  const std::string failed = rendering_->device_failure();
+  if (failed.empty()) return;
+  same_bits_ = false;
+  note(failed);
 }
 
 std::optional<JobAttempt::Outcome> JobAttempt::finish_view(std::uint32_t view, const FrameEnd& end) {
-  if (end.reason == FrameEndReason::failed) return failed({ErrorCode::internal, end.message, {}});
+  // What lacked memory may have it later, and goes on from its newest checkpoint.
+  const ErrorCode code = end.message == kOutOfMemory ? ErrorCode::resource_exhausted : ErrorCode::internal;
+  if (end.reason == FrameEndReason::failed) return failed({code, end.message, {}});
   if (end.reason == FrameEndReason::cancelled) return stopped(Request::cancel, {});
+  look_at_device();
   const auto file = picture_->encode(origin_of(view));
   if (!file) return failed(file.error());
   return write_view(view, *file, to_message(FrameReport{end, 0, 0, {}}, record_.id).SerializeAsString());
@@ -419,14 +452,17 @@ Result<std::string> JobAttempt::place_of(std::uint32_t view) const {
 
 Status JobAttempt::write_file(const std::string& file, std::span<const std::uint8_t> bytes,
                               const Sha256Digest& digest) const {
-  if (request_.has_output() && !request_.output().overwrite()) {
+  if (!request_.has_output()) return write_file_atomically(file, bytes);
+  const bool overwrite = request_.output().overwrite();
+  std::error_code error;
+  if (!overwrite && std::filesystem::is_regular_file(std::filesystem::symlink_status(file, error))) {
     const auto there = hash_file(file);
     if (there && there->sha256 == digest) return ok_status();  // an attempt wrote it, and ended before it could say so
-    std::error_code error;
-    if (there || std::filesystem::exists(std::filesystem::symlink_status(file, error)))
-      return Error{ErrorCode::failed_precondition, "is there already, and overwrite is not set", file};
   }
-  return write_file_atomically(file, bytes);
+  const Status written = stores_.outputs.write(file, bytes, overwrite);
+  if (!written.ok() && written.error().code == ErrorCode::failed_precondition)
+    return Error{ErrorCode::failed_precondition, "is there already, and overwrite is not set", file};
+  return written;
 }
 
 std::optional<JobAttempt::Outcome> JobAttempt::asked_to_stop() const {

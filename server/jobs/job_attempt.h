@@ -30,6 +30,15 @@ namespace helio {
 // not the processor (RenderSettings.device).
 std::string rendering_build(const std::string& device);
 
+// How far a view is, by its newest checkpoint.
+struct KeptProgress {
+  std::uint32_t view = 0;
+  pb::Progress progress;
+  double checkpoint_s = 0;  // Unix time
+};
+// Nothing: the checkpoint is of a finished view, or does not tell.
+std::optional<KeptProgress> kept_progress(const CheckpointHeader& header);
+
 class JobAttempt {
  public:
   // What is asked of it while it runs; the later one counts more.
@@ -56,7 +65,10 @@ class JobAttempt {
     std::optional<TimeLeft> left;  // of all views
   };
   std::optional<Progress> progress() const;  // nothing: none is rendered yet
-  double checkpoint_s() const { return checkpoint_s_; }  // Unix time of the newest one; 0: none
+  // What its newest checkpoint says; nothing: it has written none.
+  std::optional<KeptProgress> kept() const;
+  // Asks for a checkpoint of the view in hand, unless its newest one is at most so old.
+  void checkpoint_soon(double max_age_s);
   const std::string& job_id() const { return record_.id; }
 
  private:
@@ -72,7 +84,7 @@ class JobAttempt {
   Outcome work();
   std::uint32_t first_view();
   Status load();
-  Result<SceneLease> load_again();
+  MemoryAccount& account();
   Status begin_rendering();
   Result<Resumed> find_checkpoint(std::uint32_t view);
   // These answer what becomes of the job, or nothing: it goes on.
@@ -86,6 +98,7 @@ class JobAttempt {
   Status keep_view(std::uint32_t view, std::span<const std::uint8_t> bytes, const std::string& frame_end);
   void note(const std::string& text);
   void write_checkpoint(std::uint32_t view, const PictureCheckpoint& checkpoint);
+  void look_at_device();
   Result<std::string> place_of(std::uint32_t view) const;
   Status write_file(const std::string& file, std::span<const std::uint8_t> bytes, const Sha256Digest& digest) const;
   std::optional<Outcome> asked_to_stop() const;
@@ -113,11 +126,11 @@ class JobAttempt {
     bool frame_ended = false;
     std::shared_ptr<const PictureCheckpoint> checkpoint;  // to be written; null: none
     std::weak_ptr<RenderContext> rendering;               // whose progress is told
+    std::optional<KeptProgress> kept;
     ErrorCurve curve;                                     // of the view in hand
     std::uint32_t views_left = 0;                         // after it
   };
   const std::shared_ptr<Signals> signals_ = std::make_shared<Signals>();
-  std::atomic<double> checkpoint_s_ = 0;
   std::thread thread_;
 };
 

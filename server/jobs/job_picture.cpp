@@ -13,8 +13,8 @@ JobPicture::JobPicture(MemoryAccount& memory, const TileFormat& format, std::fun
     : memory_(memory), format_(format), ended_(std::move(ended)) {}
 
 Status JobPicture::reserve(const PixelRect& region) {
-  auto memory =
-      memory_.reserve_with_room(std::size_t(region.area()) * format_.planes() * sizeof(float), "the picture of a job");
+  auto memory = memory_.reserve_with_room(std::size_t(region.area()) * format_.planes() * sizeof(float),
+                                          "the picture of a job", MemoryOwner::pictures);
   if (!memory) return memory.error();
   reserved_ = std::move(*memory);
   return ok_status();

@@ -1,11 +1,15 @@
 #include "server/jobs/output_roots.h"
 
+#include <fcntl.h>
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <utility>
 
+#include "renderer/codec/atomic_file.h"
 #include "server/base/root_folders.h"
 
 namespace helio {
@@ -63,6 +67,38 @@ Result<std::string> OutputRoots::file_of(const std::string& path, std::uint32_t 
   if (!fs::is_directory(folder, error))
     return Error{ErrorCode::not_found, "'" + path + "': there is no folder '" + folder.string() + "'", where};
   return (folder / name).string();
+}
+
+const std::string* OutputRoots::root_of(const std::string& path) const {
+  const auto found =
+      std::find_if(roots_.begin(), roots_.end(), [&](const auto& root) { return is_inside(path, root); });
+  return found == roots_.end() ? nullptr : &*found;
+}
+
+Status OutputRoots::write(const std::string& file, std::span<const std::uint8_t> bytes, bool replace) const {
+  const fs::path folder = fs::path(file).parent_path();
+  const std::string* const root = root_of(folder.string());
+  if (!root) return Error{ErrorCode::permission_denied, "is outside the output roots", file};
+  const std::string relative = folder.lexically_relative(*root).generic_string();
+  FileDescriptor opened = open_beneath(*root, relative, O_RDONLY | O_DIRECTORY);
+  if (!opened && errno == EACCES)
+    opened = open_beneath(*root, relative, O_PATH | O_DIRECTORY);  // enough to write there
+  if (!opened) {
+    const int number = errno;
+    const ErrorCode code = number == ENOENT ? ErrorCode::not_found : ErrorCode::permission_denied;
+    return Error{code, std::string("its folder cannot be opened: ") + std::strerror(number), file};
+  }
+  auto written = AtomicFile::create_in(std::move(opened), fs::path(file).filename().string(), file);
+  if (!written) return written.error();
+  if (const Status done = written->write(bytes); !done.ok()) return done;
+  return written->commit(Flush::now, replace);
+}
+
+FileDescriptor OutputRoots::open(const std::string& file) const {
+  constexpr int kFlags = O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC;
+  const std::string* const root = root_of(file);
+  if (root) return open_beneath(*root, fs::path(file).lexically_relative(*root).generic_string(), kFlags);
+  return FileDescriptor(::open(file.c_str(), kFlags));  // a root that was taken away since, or the state folder
 }
 
 }  // namespace helio

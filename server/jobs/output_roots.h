@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "renderer/base/open_beneath.h"
 #include "renderer/base/result.h"
 
 namespace helio {
@@ -20,7 +22,17 @@ class OutputRoots {
   // none; not_found: its folder is gone. Precondition: check() found nothing.
   Result<std::string> file_of(const std::string& path, std::uint32_t view, const std::string& where) const;
 
+  // Of a file that file_of() told: a folder on its way that became a link meanwhile is permission_denied.
+  // Writes it whole or not at all. Without `replace` a file that is there stays, also one that came a moment ago:
+  // failed_precondition.
+  Status write(const std::string& file, std::span<const std::uint8_t> bytes, bool replace) const;
+  // For reading; never a link. None and errno where it cannot be opened.
+  FileDescriptor open(const std::string& file) const;
+
  private:
+  // The root that the path lies in; null: none.
+  const std::string* root_of(const std::string& path) const;
+
   std::vector<std::string> roots_;
 };
 

@@ -13,6 +13,7 @@
 #include "server/base/arena_message.h"
 #include "server/base/grpc_status.h"
 #include "server/base/guarded.h"
+#include "server/base/log_format.h"
 #include "server/base/parse_message.h"
 #include "server/compare/comparison.h"
 #include "server/stream/convert.h"
@@ -78,15 +79,22 @@ class CompareReactor::Call {
   std::optional<grpc::Status> end_;
 };
 
-CompareReactor::CompareReactor(CompareCore& compare, grpc::CallbackServerContext& context,
+CompareReactor::CompareReactor(CompareCore& compare, CallerPtr caller, grpc::CallbackServerContext& context,
                                const grpc::ByteBuffer& request)
     : compare_(compare), call_(std::make_shared<Call>(*this, compare.core.config.request_timeout_s)) {
   const auto call = call_;  // this may be gone once the call is finished
-  const Status started = guarded([&] { return start(compare, context, request); });
+  under_way_ = compare.core.access.begin(caller, [&compare, weak = std::weak_ptr(call)](const grpc::Status& status) {
+    const auto there = weak.lock();
+    if (!there) return;
+    there->cancel->cancel();
+    there->finish(status);
+    compare.queue.withdraw(*there->cancel);
+  });
+  const Status started = guarded([&] { return start(compare, *caller, context, request); });
   if (!started.ok()) call->finish(to_grpc_status(started));
 }
 
-Status CompareReactor::start(CompareCore& compare, grpc::CallbackServerContext& context,
+Status CompareReactor::start(CompareCore& compare, const Caller& caller, grpc::CallbackServerContext& context,
                              const grpc::ByteBuffer& bytes) {
   ServiceCore& core = compare.core;
   if (const Status accepting = core.check_accepting(); !accepting.ok()) return accepting;
@@ -108,13 +116,17 @@ Status CompareReactor::start(CompareCore& compare, grpc::CallbackServerContext& 
 
   static std::atomic<std::uint64_t> number{0};
   const std::string name = fmt::format("comparison-{}", ++number);
+  auto counted = core.job_quota.take(caller);
+  if (!counted) return counted.error();
   struct Task {
+    JobQuota::Place counted;
     SceneLease scene;
     Comparison comparison;
   };
   auto snapshot = (*scene)->shared_from_this();
   auto task = std::make_shared<Task>(
-      Task{std::move(*scene), Comparison(core.resources(), compare.references, snapshot, std::move(*request))});
+      Task{std::move(*counted), std::move(*scene),
+           Comparison(core.resources(core.memory_of(caller)), compare.references, snapshot, std::move(*request))});
   if (const Status there = task->comparison.take_loaded_references(); !there.ok()) return there;
   pb::CompareResponse accepted;
   *accepted.mutable_accepted() = task->comparison.accepted();
@@ -125,14 +137,17 @@ Status CompareReactor::start(CompareCore& compare, grpc::CallbackServerContext& 
     greeted->get_future().wait();
     const Status ran = guarded(
         [&] { return task->comparison.run(*call->cancel, [&](const auto& message) { return call->send(message); }); });
-    spdlog::info("{} over: {}", name, ran.ok() ? "complete" : ran.error().to_string());
+    spdlog::info("comparison over comparison={} outcome={}", name,
+                 ran.ok() ? "complete" : logged(ran.error().to_string()));
     const bool drained = !ran.ok() && ran.error().code == ErrorCode::cancelled && core.draining;
     call->finish(drained ? to_grpc_status(core.check_accepting()) : ran.ok() ? grpc::Status::OK : to_grpc_status(ran));
   });
   if (!place) return place.error();
+  if (core.draining) call->cancel->cancel();  // it came too late for the drain to know of it
   accepted.mutable_accepted()->set_waits_for(std::uint32_t(*place));
-  spdlog::info("{} accepted scene={} modes={} units={}", name, snapshot->id.substr(0, 12),
-               accepted.accepted().modes_size(), accepted.accepted().units());
+  spdlog::info("comparison accepted comparison={} scene={} modes={} units={} peer={}", name,
+               snapshot->id.substr(0, 12), accepted.accepted().modes_size(), accepted.accepted().units(),
+               logged(context.peer()));
   call->send(accepted);
   greeted->set_value();
   return ok_status();

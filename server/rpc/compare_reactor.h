@@ -13,7 +13,8 @@ namespace helio {
 // Deletes itself when the call is over.
 class CompareReactor final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
  public:
-  CompareReactor(CompareCore& compare, grpc::CallbackServerContext& context, const grpc::ByteBuffer& request);
+  CompareReactor(CompareCore& compare, CallerPtr caller, grpc::CallbackServerContext& context,
+                 const grpc::ByteBuffer& request);
 
   void OnWriteDone(bool ok) override;
   void OnCancel() override;
@@ -22,10 +23,12 @@ class CompareReactor final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
  private:
   class Call;  // with the comparison
 
-  Status start(CompareCore& compare, grpc::CallbackServerContext& context, const grpc::ByteBuffer& request);
+  Status start(CompareCore& compare, const Caller& caller, grpc::CallbackServerContext& context,
+               const grpc::ByteBuffer& request);
 
   CompareCore& compare_;
   std::shared_ptr<Call> call_;
+  std::unique_ptr<AccessControl::Call> under_way_;
 };
 
 }  // namespace helio

@@ -14,9 +14,9 @@
 
 namespace helio {
 
-EditSceneReactor::EditSceneReactor(ServiceCore& core, grpc::CallbackServerContext& context, const grpc::ByteBuffer& request,
-                                   grpc::ByteBuffer* response)
-    : UnaryCall(response), core_(core) {
+EditSceneReactor::EditSceneReactor(ServiceCore& core, CallerPtr caller, grpc::CallbackServerContext& context,
+                                   const grpc::ByteBuffer& request, grpc::ByteBuffer* response)
+    : UnaryCall(response), core_(core), caller_(std::move(caller)) {
   begin([&] { return start(context, request); });
 }
 
@@ -32,18 +32,20 @@ Status EditSceneReactor::start(grpc::CallbackServerContext& context, grpc::ByteB
   if (!problems.empty()) return problems.to_error();
   // Kept until the task has run, so that the scene is not unloaded meanwhile; not longer, for who has the answer may
   // unload it.
+  end_by_drain(core_);
   auto base = core_.scenes.acquire(request.scene_id(), "scene_id");
   if (!base) return base.error();
   auto lease = std::make_shared<SceneLease>(std::move(*base));
   ServiceCore& core = core_;
-  const bool taken = core_.editor.submit([outcome = outcome(), lease, edits, &core] {
+  const bool taken = core_.editor.submit([outcome = outcome(), lease, edits, &core, caller = caller_] {
     const auto answer = guarded([&]() -> Result<pb::EditSceneResponse> {
       const SceneLease scene = std::move(*lease);
       if (const Status accepting = core.check_accepting(); !accepting.ok()) return accepting.error();
       const auto edit = core.scenes.edit(scene, *edits, outcome->cancel);
       if (!edit) return edit.error();
       const LoadedScene& edited = *edit->scene;
-      spdlog::info("scene {} id={} from={} own_bytes={} build_s={:.3f}",
+      edited.owners.add(caller->name);
+      spdlog::info("scene {} scene={} from={} own_bytes={} build_s={:.3f}",
                    edit->already_loaded ? "already edited" : "edited", edited.id.substr(0, 12), scene->id.substr(0, 12),
                    edited.snapshot->stats().own_bytes, edited.snapshot->stats().build_seconds);
       return to_edit_response(edited, edit->already_loaded);

@@ -9,13 +9,14 @@ namespace helio {
 
 class EditSceneReactor final : public UnaryCall {
  public:
-  EditSceneReactor(ServiceCore& core, grpc::CallbackServerContext& context, const grpc::ByteBuffer& request,
-                   grpc::ByteBuffer* response);
+  EditSceneReactor(ServiceCore& core, CallerPtr caller, grpc::CallbackServerContext& context,
+                   const grpc::ByteBuffer& request, grpc::ByteBuffer* response);
 
  private:
   Status start(grpc::CallbackServerContext& context, grpc::ByteBuffer request);
 
   ServiceCore& core_;
+  const CallerPtr caller_;
 };
 
 }  // namespace helio

@@ -3,11 +3,14 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "server/base/arena_message.h"
 #include "server/base/grpc_status.h"
 #include "server/base/guarded.h"
 #include "server/base/parse_message.h"
+#include "server/rpc/call_rights.h"
+#include "server/rpc/ended_by_reload.h"
 #include "server/stream/convert.h"
 #include "server/stream/stream_messages.h"
 
@@ -22,13 +25,18 @@ Error out_of_order(std::string message) {
 
 }  // namespace
 
-FrameStreamReactor::FrameStreamReactor(ServiceCore& core) : core_(core) {
+FrameStreamReactor::FrameStreamReactor(ServiceCore& core, CallerPtr caller) : core_(core), caller_(std::move(caller)) {
   stream_ = std::make_shared<OutboundStream>(
       static_cast<OutboundStream::Call&>(*this),
-      [this](Outbound message) { return to_stream_response(std::move(message), session_id_); }, core.timers);
+      [this](Outbound message) { return to_stream_response(std::move(message), session_id_); }, core.timers,
+      &core.counters.streams);
+  under_way_ = core.access.begin(caller_, end_of(stream_));
   if (const Status accepting = core.check_accepting(); !accepting.ok()) {
     end(to_grpc_status(accepting));
   } else {
+    unopened_ = core.open_calls.add([weak = std::weak_ptr(stream_), &core] {
+      if (const auto stream = weak.lock()) stream->finish(to_grpc_status(core.check_accepting()));
+    });
     const double seconds = core.config.request_timeout_s;
     open_due_ = std::make_unique<ReadDeadline>(core.timers, seconds, [weak = std::weak_ptr(stream_), seconds] {
       const auto stream = weak.lock();
@@ -171,7 +179,7 @@ bool FrameStreamReactor::handle(const pb::StreamRequest& request) {
     case pb::StreamRequest::kClose:
       if (request.close().close_session()) {
         (void)core_.sessions.close(session_id_, "session_id", grpc::Status::OK);
-        spdlog::info("session closed id={}", session_id_);
+        spdlog::info("session closed session={}", session_id_);
       }
       end(grpc::Status::OK);
       return false;
@@ -198,6 +206,8 @@ Status FrameStreamReactor::open(const pb::StreamRequest::Open& open) {
   if (!problems.empty()) return problems.to_error();
   auto found = core_.sessions.find(open.session_id(), "open.session_id");
   if (!found) return found.error();
+  const Status own = check_owner(*caller_, (*found)->owner(), "session '" + open.session_id() + "'");
+  if (!own.ok()) return own;
   session_id_ = open.session_id();
   if (open.credit() > 0) stream_->queue().limit_credit(open.credit());
   if (!open_due_->stop()) return Error{ErrorCode::unavailable, "open came too late", "request"};
@@ -205,7 +215,9 @@ Status FrameStreamReactor::open(const pb::StreamRequest::Open& open) {
     const std::lock_guard lock(mutex_);
     session_ = *found;
   }
-  return (*found)->attach(stream_, format);
+  unopened_.reset();
+  if (const Status attached = (*found)->attach(stream_, format); !attached.ok()) return attached;
+  return core_.check_accepting();  // a drain has told its session before, or finds the stream there
 }
 
 void FrameStreamReactor::OnCancel() {

@@ -20,7 +20,7 @@ namespace helio {
 class FrameStreamReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>,
                                  private OutboundStream::Call {
  public:
-  explicit FrameStreamReactor(ServiceCore& core);
+  FrameStreamReactor(ServiceCore& core, CallerPtr caller);
 
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override { stream_->write_done(ok); }
@@ -49,10 +49,13 @@ class FrameStreamReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer
   std::shared_ptr<Session> session() const;
 
   ServiceCore& core_;
+  const CallerPtr caller_;
   std::string session_id_;  // set before anything is sent
   grpc::ByteBuffer request_;
   std::shared_ptr<OutboundStream> stream_;
+  std::unique_ptr<AccessControl::Call> under_way_;
   std::unique_ptr<ReadDeadline> open_due_;
+  OpenCalls::Place unopened_;  // a drain ends an opened stream by its session
   CallHold hold_;
   // Fields that this daemon does not know. One request is handled at a time, and nothing is read until it is.
   std::vector<std::string> ignored_;

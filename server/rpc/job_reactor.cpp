@@ -5,21 +5,27 @@
 #include <string>
 #include <variant>
 
+#include "renderer/base/clock.h"
 #include "server/base/arena_message.h"
 #include "server/base/grpc_status.h"
 #include "server/base/guarded.h"
+#include "server/base/log_format.h"
 #include "server/base/parse_message.h"
 #include "server/jobs/job_plan.h"
+#include "server/rpc/call_rights.h"
+#include "server/rpc/ended_by_reload.h"
 #include "server/stream/convert.h"
 #include "server/stream/owned_message.h"
 #include "server/stream/stream_messages.h"
 
 namespace helio {
-JobReactor::JobReactor(ServiceCore& core, grpc::CallbackServerContext& context, const grpc::ByteBuffer& request)
-    : core_(core) {
+JobReactor::JobReactor(ServiceCore& core, CallerPtr caller, grpc::CallbackServerContext& context,
+                       const grpc::ByteBuffer& request)
+    : core_(core), caller_(std::move(caller)), began_s_(now_s()) {
   stream_ = std::make_shared<OutboundStream>(
       static_cast<OutboundStream::Call&>(*this), [this](Outbound message) { return encode(std::move(message)); },
-      core.timers);
+      core.timers, &core.counters.streams);
+  under_way_ = core.access.begin(caller_, end_of(stream_));
   start_later(context, request);
 }
 
@@ -60,12 +66,12 @@ Status JobReactor::start(grpc::CallbackServerContext& context, const pb::RunJobR
   JobPlan& plan = planned->plan;
   const RenderSettings& settings = plan.settings;
 
-  auto id = core_.jobs.reserve();
+  auto id = core_.job_quota.add(*caller_, [&] { return core_.jobs.reserve(caller_->name); });
   if (!id) return id.error();
   job_id_ = std::move(*id);
   const auto tiles = request.preview_tiles() ? FramePublisher::Tiles::all : FramePublisher::Tiles::final_only;
-  auto rendering = RenderContext::create(core_.resources(), std::move(planned->scene), settings, plan.budget,
-                                         RenderRank::job, tiles, plan.format.channels);
+  auto rendering = RenderContext::create(core_.resources(core_.memory_of(*caller_)), std::move(planned->scene),
+                                         settings, plan.budget, RenderRank::job, tiles, plan.format.channels);
   if (!rendering) return rendering.error();
   auto queue = (*rendering)->reserve_queue(settings, plan.format);
   if (const Status fits = (*rendering)->keep_queue(std::move(queue), settings, plan.format); !fits.ok()) return fits;
@@ -92,8 +98,9 @@ Status JobReactor::start(grpc::CallbackServerContext& context, const pb::RunJobR
   stream_->push(Greeting{greeting.SerializeAsString()});
   job->start_view();
   rendering_of_job.report_progress(stream_);
-  spdlog::info("job accepted id={} scene={} size={}x{} views={}", job_id_, rendering_of_job.scene().id.substr(0, 12),
-               settings.width, settings.height, job->views().size());
+  spdlog::info("job accepted job={} scene={} size={}x{} views={} peer={}{}", job_id_,
+               rendering_of_job.scene().id.substr(0, 12), settings.width, settings.height, job->views().size(),
+               logged(context.peer()), caller_->name.empty() ? "" : " by=" + caller_->name);
   return ok_status();
 }
 
@@ -106,6 +113,7 @@ grpc::ByteBuffer JobReactor::encode(Outbound message) {
   const bool last = views_done_ + 1 == job->views().size();
   if (!last && job->stopped()) reason = FrameEndReason::cancelled;  // the view, not the job, has come to its end
   result_sent_ = last || reason == FrameEndReason::cancelled || reason == FrameEndReason::failed;
+  if (result_sent_) reason_ = reason;
   grpc::ByteBuffer result =
       to_job_result(*report, job_id_, views_done_++, result_sent_, job->rendering().loop().invalid_samples());
   (result_sent_ ? end_due_ : view_due_) = true;
@@ -141,7 +149,7 @@ void JobReactor::release_job() {
   }
   if (job) {
     job->rendering().publisher().detach(stream_.get());
-    spdlog::info("job over id={}", job_id_);
+    spdlog::info("job over job={} reason={} seconds={:.3f}", job_id_, to_string(reason_.load()), now_s() - began_s_);
   }
   if (!job_id_.empty()) core_.jobs.remove(job_id_);
 }

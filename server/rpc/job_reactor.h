@@ -19,7 +19,8 @@ namespace helio {
 // place. The reactor deletes itself when the call is over.
 class JobReactor final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, private OutboundStream::Call {
  public:
-  JobReactor(ServiceCore& core, grpc::CallbackServerContext& context, const grpc::ByteBuffer& request);
+  JobReactor(ServiceCore& core, CallerPtr caller, grpc::CallbackServerContext& context,
+             const grpc::ByteBuffer& request);
 
   void OnWriteDone(bool ok) override;
   void OnCancel() override;
@@ -38,15 +39,19 @@ class JobReactor final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
   grpc::ByteBuffer encode(Outbound message);  // the stream calls it for one message at a time
 
   ServiceCore& core_;
+  const CallerPtr caller_;
   CallHold hold_;  // while it starts
   std::string job_id_;  // empty: none was reserved
   std::mutex job_mutex_;  // of the two below
   std::shared_ptr<Job> job_;
   bool cancelled_ = false;
   std::shared_ptr<OutboundStream> stream_;
+  std::unique_ptr<AccessControl::Call> under_way_;
   std::uint32_t views_done_ = 0;  // encode()'s alone
   bool result_sent_ = false;      // encode()'s alone
   std::atomic<bool> view_due_ = false, end_due_ = false;
+  const double began_s_;                                              // now_s()
+  std::atomic<FrameEndReason> reason_{FrameEndReason::cancelled};  // of its end
 };
 
 }  // namespace helio

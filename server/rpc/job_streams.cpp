@@ -1,12 +1,14 @@
 #include "server/rpc/job_streams.h"
 
 #include <spdlog/fmt/fmt.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <deque>
-#include <fstream>
 #include <utility>
 
 #include "renderer/base/clock.h"
+#include "server/base/grpc_status.h"
 #include "server/base/retry.h"
 #include "server/jobs/job_messages.h"
 #include "server/stream/convert.h"
@@ -64,7 +66,8 @@ class JobFollower {
       if (!running) return running.error();
       for (JobRecord& record : *running) {
         pb::Job job = jobs_.describe(record);
-        if (job.has_progress()) due_.push_back(std::move(job));
+        // What a checkpoint tells before the attempt renders has no rate, and is no news.
+        if (job.progress().samples_per_second() > 0) due_.push_back(std::move(job));
       }
       next_look_s_ = now_s() + kProgressInterval;
       core_.timers.call_at(next_look_s_, [waker = waker_] {
@@ -112,8 +115,8 @@ MessageSource::Next over(grpc::Status status = grpc::Status::OK) {
 }
 
 // A daemon that stops ends the call once everything is told.
-MessageSource::Next nothing_yet(const DurableJobs& jobs) {
-  if (jobs.closed()) return over({grpc::StatusCode::UNAVAILABLE, "the daemon is draining"});
+MessageSource::Next nothing_yet(const ServiceCore& core, const DurableJobs& jobs) {
+  if (jobs.closed()) return over(to_grpc_status(core.check_accepting()));
   return {};
 }
 
@@ -121,7 +124,7 @@ class Watch final : public MessageSource {
  public:
   Watch(ServiceCore& core, DurableJobs& jobs, const pb::WatchJobRequest& request,
         const std::weak_ptr<PulledStream::Waker>& waker)
-      : jobs_(jobs), request_(request), follower_(core, jobs, request.job_id(), request.progress(), waker) {}
+      : core_(core), jobs_(jobs), request_(request), follower_(core, jobs, request.job_id(), request.progress(), waker) {}
 
   Result<Next> next() override {
     if (!begun_) return begin();
@@ -136,7 +139,7 @@ class Watch final : public MessageSource {
     if (over_) return over();
     auto progress = follower_.next_progress();
     if (!progress) return progress.error();
-    if (!*progress) return nothing_yet(jobs_);
+    if (!*progress) return nothing_yet(core_, jobs_);
     *response.mutable_progress() = std::move(**progress);
     return message(response);
   }
@@ -157,6 +160,7 @@ class Watch final : public MessageSource {
     return message(response);
   }
 
+  ServiceCore& core_;
   DurableJobs& jobs_;
   const pb::WatchJobRequest request_;
   JobFollower follower_;
@@ -166,14 +170,16 @@ class Watch final : public MessageSource {
 
 class ResultFile final : public MessageSource {
  public:
-  ResultFile(DurableJobs& jobs, const pb::GetResultRequest& request) : jobs_(jobs), request_(request) {}
+  ResultFile(ServiceCore& core, DurableJobs& jobs, const pb::GetResultRequest& request)
+      : core_(core), jobs_(jobs), request_(request) {}
 
   Result<Next> next() override {
+    if (jobs_.closed()) return over(to_grpc_status(core_.check_accepting()));
     pb::GetResultResponse response;
-    if (!file_.is_open()) {
+    if (!file_) {
       auto result = jobs_.result(request_.job_id(), request_.view());
       if (!result) return result.error();
-      file_.open(result->file, std::ios::binary);
+      file_ = jobs_.open(*result);
       if (!file_) return Error{ErrorCode::not_found, "'" + result->file + "' is gone, or cannot be read", "view"};
       left_ = result->view.bytes();
       *response.mutable_begin() = std::move(result->view);
@@ -181,7 +187,7 @@ class ResultFile final : public MessageSource {
     }
     if (left_ == 0) return over();
     std::string chunk(std::size_t(std::min<std::uint64_t>(left_, kChunk)), '\0');
-    if (!file_.read(chunk.data(), std::streamsize(chunk.size())))
+    if (!read_whole(chunk))
       return Error{ErrorCode::not_found, "its file has become shorter, or cannot be read", "view"};
     left_ -= chunk.size();
     response.set_data(std::move(chunk));
@@ -189,10 +195,52 @@ class ResultFile final : public MessageSource {
   }
 
  private:
+  bool read_whole(std::string& chunk) const {
+    for (std::size_t have = 0; have < chunk.size();) {
+      const ssize_t got = ::read(file_.get(), chunk.data() + have, chunk.size() - have);
+      if (got < 0 && errno == EINTR) continue;
+      if (got <= 0) return false;
+      have += std::size_t(got);
+    }
+    return true;
+  }
+
+  ServiceCore& core_;
   DurableJobs& jobs_;
   const pb::GetResultRequest request_;
-  std::ifstream file_;
+  FileDescriptor file_;
   std::uint64_t left_ = 0;
+};
+
+// The picture of a view, tile by tile: each is made when the one before is on its way.
+class ResultTiles final : public MessageSource {
+ public:
+  ResultTiles(DurableJobs& jobs, const pb::GetResultRequest& request) : jobs_(jobs), request_(request) {}
+
+  Result<Next> next() override {
+    pb::GetResultResponse response;
+    if (!tiles_) {
+      auto result = jobs_.tiles(request_);
+      if (!result) return result.error();
+      tiles_ = std::move(result->tiles);
+      *response.mutable_begin() = std::move(result->view);
+      samples_ = response.begin().end().totals().samples_per_pixel();
+      return message(response);
+    }
+    auto tile = tiles_->next();
+    if (!tile) return tile.error();
+    if (!*tile) return over();
+    (*tile)->samples_per_pixel = samples_;
+    *response.mutable_tile() = to_message(**tile, request_.job_id());
+    response.mutable_tile()->set_exr((*tile)->bytes.data(), (*tile)->bytes.size());
+    return message(response);
+  }
+
+ private:
+  DurableJobs& jobs_;
+  const pb::GetResultRequest request_;
+  std::optional<JobTiles> tiles_;
+  std::uint32_t samples_ = 0;
 };
 
 // Accepted, progress, the result of every view, the last one's as the job's.
@@ -200,7 +248,7 @@ class DetachedJob final : public MessageSource {
  public:
   DetachedJob(ServiceCore& core, DurableJobs& jobs, pb::Job job, pb::RunJobResponse accepted,
               const std::weak_ptr<PulledStream::Waker>& waker)
-      : jobs_(jobs), job_(std::move(job)), follower_(core, jobs, job_.job_id(), true, waker) {
+      : core_(core), jobs_(jobs), job_(std::move(job)), follower_(core, jobs, job_.job_id(), true, waker) {
     responses_.push_back(std::move(accepted));
   }
 
@@ -214,7 +262,7 @@ class DetachedJob final : public MessageSource {
     if (responses_.empty()) {
       if (const Status told = collect(); !told.ok()) return told.error();
     }
-    if (responses_.empty()) return nothing_yet(jobs_);
+    if (responses_.empty()) return nothing_yet(core_, jobs_);
     const pb::RunJobResponse response = std::move(responses_.front());
     responses_.pop_front();
     return message(response);
@@ -267,6 +315,7 @@ class DetachedJob final : public MessageSource {
     result.mutable_end()->set_message(event.reason);
   }
 
+  ServiceCore& core_;
   DurableJobs& jobs_;
   const pb::Job job_;
   JobFollower follower_;
@@ -284,19 +333,21 @@ PulledStream::Make watch_job(ServiceCore& core, DurableJobs& jobs, pb::WatchJobR
   };
 }
 
-PulledStream::Make get_result(DurableJobs& jobs, pb::GetResultRequest request) {
-  return [&jobs, request = std::move(request)](const auto&) -> Result<std::unique_ptr<MessageSource>> {
-    return std::unique_ptr<MessageSource>(std::make_unique<ResultFile>(jobs, request));
+PulledStream::Make get_result(ServiceCore& core, DurableJobs& jobs, pb::GetResultRequest request) {
+  return [&core, &jobs, request = std::move(request)](const auto&) -> Result<std::unique_ptr<MessageSource>> {
+    if (request.has_tiles()) return std::unique_ptr<MessageSource>(std::make_unique<ResultTiles>(jobs, request));
+    return std::unique_ptr<MessageSource>(std::make_unique<ResultFile>(core, jobs, request));
   };
 }
 
-PulledStream::Make run_detached_job(ServiceCore& core, DurableJobs& jobs, pb::RunJobRequest request, std::string by) {
-  return [&core, &jobs, request = std::move(request), by = std::move(by)](
-             std::weak_ptr<PulledStream::Waker> waker) -> Result<std::unique_ptr<MessageSource>> {
+PulledStream::Make run_detached_job(ServiceCore& core, DurableJobs& jobs, pb::RunJobRequest request, CallerPtr caller,
+                                    std::string by) {
+  return [&core, &jobs, request = std::move(request), caller = std::move(caller),
+          by = std::move(by)](std::weak_ptr<PulledStream::Waker> waker) -> Result<std::unique_ptr<MessageSource>> {
     pb::SubmitJobRequest submit;
     *submit.mutable_job() = request;
     submit.mutable_job()->clear_detach();
-    auto submitted = jobs.submit(submit, by);
+    auto submitted = jobs.submit(submit, *caller, by);
     if (!submitted) return submitted.error();
     const pb::Job& job = submitted->job();
     pb::RunJobResponse response;

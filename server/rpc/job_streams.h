@@ -13,7 +13,8 @@ namespace helio {
 
 // What each rpc sends. `by`: who asks.
 PulledStream::Make watch_job(ServiceCore& core, DurableJobs& jobs, pb::WatchJobRequest request);
-PulledStream::Make get_result(DurableJobs& jobs, pb::GetResultRequest request);
-PulledStream::Make run_detached_job(ServiceCore& core, DurableJobs& jobs, pb::RunJobRequest request, std::string by);
+PulledStream::Make get_result(ServiceCore& core, DurableJobs& jobs, pb::GetResultRequest request);
+PulledStream::Make run_detached_job(ServiceCore& core, DurableJobs& jobs, pb::RunJobRequest request, CallerPtr caller,
+                                    std::string by);
 
 }  // namespace helio

@@ -29,14 +29,20 @@ struct LoadReferenceReactor::Upload {
   Reservation memory;
 };
 
-LoadReferenceReactor::LoadReferenceReactor(CompareCore& compare, grpc::CallbackServerContext& context,
+LoadReferenceReactor::LoadReferenceReactor(CompareCore& compare, CallerPtr caller, grpc::CallbackServerContext& context,
                                            grpc::ByteBuffer* response)
-    : compare_(compare), call_(std::make_shared<Call>(*this, context, *response)) {
+    : compare_(compare), caller_(std::move(caller)), call_(std::make_shared<Call>(*this, context, *response)) {
   const auto call = call_;
+  under_way_ = compare.core.access.begin(caller_, [weak = std::weak_ptr(call)](const grpc::Status& status) {
+    if (const auto there = weak.lock()) there->finish(status);
+  });
   if (const Status accepting = compare.core.check_accepting(); !accepting.ok()) {
     call->finish(to_grpc_status(accepting));
     return;
   }
+  place_ = compare.core.open_calls.add([weak = std::weak_ptr(call), &core = compare.core] {
+    if (const auto open = weak.lock()) open->finish(to_grpc_status(core.check_accepting()));
+  });
   const double seconds = compare.core.config.request_timeout_s;
   message_due_ = std::make_unique<ReadDeadline>(compare.core.timers, seconds, [call, seconds] {
     call->finish({grpc::StatusCode::DEADLINE_EXCEEDED,
@@ -51,8 +57,8 @@ void LoadReferenceReactor::read() {
 }
 
 void LoadReferenceReactor::OnReadDone(bool ok) {
-  if (!message_due_->stop()) return;
   const auto call = call_;
+  if (!message_due_->stop() || call->over()) return;
   const Status status = guarded([&]() -> Status {
     if (!ok) return submit();
     ArenaMessage<pb::LoadReferenceRequest> request;
@@ -106,7 +112,8 @@ Status LoadReferenceReactor::begin(const pb::LoadReferenceRequest::Begin& begin)
                              compare_.references.limit()),
                  {}};
   }
-  auto memory = compare_.core.memory.reserve_with_room(begin.bytes(), "the upload of a reference");
+  auto memory = compare_.core.memory_of(*caller_).reserve_with_room(begin.bytes(), "the upload of a reference",
+                                                                    MemoryOwner::uploads);
   if (!memory) return memory.error();
   upload_ = std::make_shared<Upload>();
   upload_->expected = begin.bytes();

@@ -17,7 +17,8 @@ namespace helio {
 // Deletes itself when the call is over.
 class LoadReferenceReactor final : public grpc::ServerReadReactor<grpc::ByteBuffer> {
  public:
-  LoadReferenceReactor(CompareCore& compare, grpc::CallbackServerContext& context, grpc::ByteBuffer* response);
+  LoadReferenceReactor(CompareCore& compare, CallerPtr caller, grpc::CallbackServerContext& context,
+                       grpc::ByteBuffer* response);
 
   void OnReadDone(bool ok) override;
   void OnCancel() override;
@@ -33,9 +34,12 @@ class LoadReferenceReactor final : public grpc::ServerReadReactor<grpc::ByteBuff
   Status submit();
 
   CompareCore& compare_;
+  const CallerPtr caller_;
   grpc::ByteBuffer request_;
   std::shared_ptr<Upload> upload_;  // null: begin has not come
   std::shared_ptr<Call> call_;
+  OpenCalls::Place place_;
+  std::unique_ptr<AccessControl::Call> under_way_;
   std::unique_ptr<ReadDeadline> message_due_;
 };
 

@@ -2,7 +2,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -11,6 +10,7 @@
 #include "server/base/arena_message.h"
 #include "server/base/grpc_status.h"
 #include "server/base/guarded.h"
+#include "server/base/log_format.h"
 #include "server/base/parse_message.h"
 #include "server/base/read_enum.h"
 #include "server/base/retry.h"
@@ -23,13 +23,13 @@ namespace {
 
 constexpr std::size_t kMaxEnvironment = 4096;
 constexpr std::size_t kMaxAnimation = 4096;
+constexpr std::size_t kMostLogged = 300;  // bytes of a name or an error
 
-// For the log: what a file contains may not start lines of its own there.
-std::string one_line(std::string text) {
-  text.resize(std::min<std::size_t>(text.size(), 300));
-  std::replace_if(
-      text.begin(), text.end(), [](unsigned char c) { return c < ' '; }, ' ');
-  return text;
+// For the log.
+std::string name_of(const SceneRequest& request) {
+  const auto* bundle = std::get_if<SceneBundle>(&request.files);
+  const std::string& name = bundle ? bundle->main_file : std::get<std::string>(request.files);
+  return logged(std::string_view(name).substr(0, kMostLogged));
 }
 
 Error out_of_order(const char* message, const char* where) {
@@ -42,14 +42,28 @@ struct LoadSceneReactor::Shared : UploadCall<pb::LoadSceneResponse> {
   using UploadCall::UploadCall;
 
   CancelToken cancel;
+  OpenCalls::Place place;  // the scene would be gone with the daemon
 };
 
-LoadSceneReactor::LoadSceneReactor(ServiceCore& core, grpc::CallbackServerContext& context, grpc::ByteBuffer* response)
-    : core_(core), shared_(std::make_shared<Shared>(*this, context, *response)) {
+LoadSceneReactor::LoadSceneReactor(ServiceCore& core, CallerPtr caller, grpc::CallbackServerContext& context,
+                                   grpc::ByteBuffer* response)
+    : core_(core), caller_(std::move(caller)), shared_(std::make_shared<Shared>(*this, context, *response)) {
+  under_way_ = core.access.begin(caller_, [weak = std::weak_ptr(shared_)](const grpc::Status& status) {
+    const auto there = weak.lock();
+    if (!there) return;
+    there->cancel.cancel();
+    there->finish(status);
+  });
   if (const Status accepting = core.check_accepting(); !accepting.ok()) {
     shared_->finish(to_grpc_status(accepting));
     return;
   }
+  shared_->place = core.open_calls.add([weak = std::weak_ptr(shared_), &core] {
+    const auto shared = weak.lock();
+    if (!shared) return;
+    shared->cancel.cancel();
+    shared->finish(to_grpc_status(core.check_accepting()));
+  });
   const double seconds = core.config.request_timeout_s;
   message_due_ = std::make_unique<ReadDeadline>(core.timers, seconds, [shared = shared_, seconds] {
     shared->cancel.cancel();
@@ -65,7 +79,7 @@ void LoadSceneReactor::read() {
 }
 
 void LoadSceneReactor::OnReadDone(bool ok) {
-  if (!message_due_->stop()) return;
+  if (!message_due_->stop() || shared_->over()) return;
   Status status = ok_status();
   if (ok) {
     status = guarded([&]() -> Status {
@@ -133,7 +147,7 @@ Status LoadSceneReactor::begin(const pb::LoadSceneRequest::Begin& begin) {
     problems.add("begin.path", "is empty and so is main_file; one of them is required");
   }
   if (begin.path().empty()) {
-    upload_.emplace(core_.config.max_scene_bytes, core_.memory);
+    upload_.emplace(core_.config.max_scene_bytes, core_.memory_of(*caller_));
     if (!begin.main_file().empty() || begin.total_bytes() != 0) upload_->check(begin, problems);
   }
   if (!problems.empty()) return problems.to_error();
@@ -157,20 +171,23 @@ Status LoadSceneReactor::submit() {
   // The task owns the request, so that dropping it from the loader's queue frees it.
   auto request = std::make_shared<SceneRequest>(std::move(*load_));
   ServiceCore& core = core_;
-  const bool taken = core_.loader.submit([shared = shared_, request, &core] {
+  const bool taken = core_.loader.submit([shared = shared_, request, &core, caller = caller_] {
     const auto answer = guarded([&]() -> Result<pb::LoadSceneResponse> {
       if (const Status accepting = core.check_accepting(); !accepting.ok()) return accepting.error();
       if (const auto* bundle = std::get_if<SceneBundle>(&request->files); bundle && core.keep_upload) {
         if (const std::string told = core.keep_upload(*bundle); !told.empty()) spdlog::warn("{}", told);
       }
+      const std::string file = name_of(*request);
       const auto outcome = core.scenes.load(std::move(*request), shared->cancel);
       if (!outcome) {
-        spdlog::info("scene refused: {}", one_line(outcome.error().to_string()));
+        spdlog::info("scene refused file={} error={}", file,
+                     logged(std::string_view(outcome.error().to_string()).substr(0, kMostLogged)));
         return outcome.error();
       }
       const LoadedScene& scene = *outcome->scene;
-      spdlog::info("scene {} id={} triangles={} load_s={:.3f} build_s={:.3f}",
-                   outcome->already_loaded ? "already loaded" : "loaded", scene.id.substr(0, 12),
+      scene.owners.add(caller->name);
+      spdlog::info("scene {} scene={} file={} triangles={} load_s={:.3f} build_s={:.3f}",
+                   outcome->already_loaded ? "already loaded" : "loaded", scene.id.substr(0, 12), file,
                    scene.snapshot->stats().triangles, scene.load_seconds, scene.snapshot->stats().build_seconds);
       return to_load_response(scene, outcome->already_loaded);
     });

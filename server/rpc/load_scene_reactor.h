@@ -15,7 +15,8 @@ namespace helio {
 // Deletes itself when the call is over.
 class LoadSceneReactor final : public grpc::ServerReadReactor<grpc::ByteBuffer> {
  public:
-  LoadSceneReactor(ServiceCore& core, grpc::CallbackServerContext& context, grpc::ByteBuffer* response);
+  LoadSceneReactor(ServiceCore& core, CallerPtr caller, grpc::CallbackServerContext& context,
+                   grpc::ByteBuffer* response);
 
   void OnReadDone(bool ok) override;
   void OnCancel() override;
@@ -30,10 +31,12 @@ class LoadSceneReactor final : public grpc::ServerReadReactor<grpc::ByteBuffer> 
   Status submit();
 
   ServiceCore& core_;
+  const CallerPtr caller_;
   grpc::ByteBuffer request_;
   std::optional<SceneRequest> load_;  // begin has been received
   std::optional<BundleReceiver> upload_;
   std::shared_ptr<Shared> shared_;
+  std::unique_ptr<AccessControl::Call> under_way_;
   std::unique_ptr<ReadDeadline> message_due_;
 };
 

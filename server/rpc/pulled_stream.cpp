@@ -47,9 +47,12 @@ class PulledStream::Shared final : public Waker, public std::enable_shared_from_
   void pull() {
     pulling_ = true;
     again_ = false;
-    if (threads_.submit([self = shared_from_this()] { self->run(); })) return;
+    const auto submitted = guarded([&]() -> Result<bool> {
+      return threads_.submit([self = shared_from_this()] { self->run(); });
+    });
+    if (submitted && *submitted) return;
     pulling_ = false;
-    end_ = to_grpc_status(full_);
+    end_ = to_grpc_status(submitted ? full_ : submitted.error());
     finish();
   }
   void finish() { std::exchange(stream_, nullptr)->Finish(*end_); }
@@ -92,8 +95,11 @@ class PulledStream::Shared final : public Waker, public std::enable_shared_from_
   grpc::ByteBuffer message_;
 };
 
-PulledStream::PulledStream(TaskThread& threads, Error full, Make make)
+PulledStream::PulledStream(TaskThread& threads, Error full, AccessControl& access, CallerPtr caller, Make make)
     : shared_(std::make_shared<Shared>(*this, threads, std::move(full), std::move(make))) {
+  under_way_ = access.begin(std::move(caller), [weak = std::weak_ptr(shared_)](const grpc::Status& status) {
+    if (const auto there = weak.lock()) there->end(status);
+  });
   const auto shared = shared_;  // this may be gone once the first pull has failed
   shared->wake();
 }

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "renderer/base/result.h"
+#include "server/base/access_control.h"
 #include "server/base/task_thread.h"
 
 namespace helio {
@@ -38,7 +39,7 @@ class PulledStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   // `make` is called once, with what wakes the stream, on one of the threads; its error ends the call. `full`: the
   // answer where the threads have no place.
   using Make = std::function<Result<std::unique_ptr<MessageSource>>(std::weak_ptr<Waker> waker)>;
-  PulledStream(TaskThread& threads, Error full, Make make);
+  PulledStream(TaskThread& threads, Error full, AccessControl& access, CallerPtr caller, Make make);
 
   void OnWriteDone(bool ok) override;
   void OnCancel() override;
@@ -47,6 +48,7 @@ class PulledStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
  private:
   class Shared;
   std::shared_ptr<Shared> shared_;
+  std::unique_ptr<AccessControl::Call> under_way_;
 };
 
 }  // namespace helio

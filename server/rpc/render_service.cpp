@@ -2,16 +2,20 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <functional>
+#include <set>
 #include <utility>
 
 #include "renderer/trace/accel/traversal_isa.h"
-#include "server/base/access_tokens.h"
+#include "server/base/access_control.h"
 #include "server/base/arena_message.h"
 #include "server/base/build_info.h"
 #include "server/base/grpc_status.h"
 #include "server/base/guarded.h"
+#include "server/base/log_format.h"
 #include "server/base/parse_message.h"
+#include "server/rpc/call_rights.h"
 #include "server/rpc/compare_reactor.h"
 #include "server/rpc/edit_scene_reactor.h"
 #include "server/rpc/frame_stream_reactor.h"
@@ -52,14 +56,10 @@ grpc::ServerUnaryReactor* answer(grpc::CallbackServerContext* context, const grp
   return reactor;
 }
 
-// Of a call that ends at once: without a status, because it has no token that the daemon knows. Deletes itself when the
-// call is over.
+// Of a call that ends at once. Deletes itself when the call is over.
 template <class Reactor>
 class Refused final : public Reactor {
  public:
-  Refused()
-      : Refused({grpc::StatusCode::UNAUTHENTICATED,
-                 "the call names no token of this daemon's token file (authorization: Bearer TOKEN)"}) {}
   explicit Refused(const grpc::Status& status) { this->Finish(copy_status(status)); }
   void OnDone() override { delete this; }
 };
@@ -142,7 +142,8 @@ auto with_job(const std::string& id, const Method& method) -> decltype(method())
   return method();
 }
 
-Result<pb::CreateSessionResponse> create_session(ServiceCore& core, const pb::CreateSessionRequest& request) {
+Result<pb::CreateSessionResponse> create_session(ServiceCore& core, const Caller& caller,
+                                                 const pb::CreateSessionRequest& request, const std::string& peer) {
   if (const Status accepting = core.check_accepting(); !accepting.ok()) return accepting.error();
   Problems problems;
   check_id(request.scene_id(), "scene_id", problems);
@@ -160,11 +161,12 @@ Result<pb::CreateSessionResponse> create_session(ServiceCore& core, const pb::Cr
   if (const Status fits = check_film_size(settings, core.render_limits(), "settings"); !fits.ok()) return fits.error();
   auto scene = core.scenes.acquire(request.scene_id(), "scene_id");
   if (!scene) return scene.error();
-  auto session =
-      core.sessions.create(core.resources(), std::move(*scene), settings, budget, grace_s, core.render_limits());
+  auto session = core.sessions.create(core.resources(core.memory_of(caller)), std::move(*scene), settings, budget,
+                                      grace_s, core.render_limits(), {caller.name, caller.quotas.sessions});
   if (!session) return session.error();
-  spdlog::info("session created id={} scene={} size={}x{}", (*session)->id(), request.scene_id().substr(0, 12),
-               settings.width, settings.height);
+  spdlog::info("session created session={} scene={} size={}x{} peer={}{}", (*session)->id(),
+               request.scene_id().substr(0, 12), settings.width, settings.height, logged(peer),
+               caller.name.empty() ? "" : " by=" + caller.name);
   pb::CreateSessionResponse response;
   response.set_session_id((*session)->id());
   *response.mutable_settings() = to_message(settings);
@@ -270,22 +272,55 @@ pb::GetServerInfoResponse server_info(const ServiceCore& core, bool keeps_jobs) 
   response.set_draining(core.draining);
   response.set_uptime_s(now_s() - core.started_s);
   response.set_http_address(core.http_address);
+  response.set_http_tls(!core.http_address.empty() && !config.tls_certificate.empty());
   response.set_keeps_jobs(keeps_jobs);
   return response;
 }
 
 }  // namespace
 
-bool RenderService::allowed(const grpc::CallbackServerContext& context) const {
-  if (core_.tokens.empty()) return true;
+RenderService::Admission RenderService::admit(const grpc::CallbackServerContext& context, std::string_view rpc) const {
   const auto named = context.client_metadata().find(kAuthorizationKey);
-  if (named == context.client_metadata().end()) return false;
-  return core_.tokens.allow_header({named->second.data(), named->second.size()});
+  const bool none = named == context.client_metadata().end();
+  CallerPtr caller =
+      none ? core_.access.find_header({}) : core_.access.find_header({named->second.data(), named->second.size()});
+  if (!caller) {
+    return {nullptr,
+            {grpc::StatusCode::UNAUTHENTICATED,
+             "the call names no token of this daemon's token file (authorization: Bearer TOKEN)"}};
+  }
+  const Status allowed = check_role(*caller, rpc);
+  if (!allowed.ok()) return {nullptr, to_grpc_status(allowed)};
+  return {std::move(caller), {}};
+}
+
+Status RenderService::check_session(const Caller& caller, const std::string& session_id) const {
+  const auto session = core_.sessions.find(session_id, "session_id");
+  if (!session) return ok_status();
+  return check_owner(caller, (*session)->owner(), "session '" + session_id + "'");
+}
+
+// Whoever loaded a scene may unload it while nobody else has loaded it, too.
+Status RenderService::check_scene(const Caller& caller, const std::string& scene_id) const {
+  const auto scene = core_.scenes.find(scene_id, "scene_id");
+  if (!scene || caller.role == Role::admin) return ok_status();
+  const std::set<std::string> owners = (*scene)->owners.names();
+  const auto other = std::find_if(owners.begin(), owners.end(), [&](const auto& name) { return name != caller.name; });
+  const std::string what = "scene '" + scene_id.substr(0, 12) + "'";
+  return check_owner(caller, other != owners.end() ? *other : owners.empty() ? std::string() : *owners.begin(), what);
+}
+
+Status RenderService::check_kept_job(const Caller& caller, const std::string& job_id) const {
+  if (caller.role == Role::admin) return ok_status();
+  const auto owner = jobs_->owner_of(job_id);
+  if (!owner) return ok_status();
+  return check_owner(caller, *owner, "job '" + job_id + "'");
 }
 
 grpc::ServerUnaryReactor* RenderService::GetServerInfo(grpc::CallbackServerContext* context,
                                                        const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
-  if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
+  const Admission admitted = admit(*context, "GetServerInfo");
+  if (!admitted) return new Refused<grpc::ServerUnaryReactor>(admitted.refused);
   return answer_later<pb::GetServerInfoRequest>(
       core_, context, request, response,
       [this](const auto&) { return Result<pb::GetServerInfoResponse>(server_info(core_, jobs_ != nullptr)); });
@@ -293,33 +328,40 @@ grpc::ServerUnaryReactor* RenderService::GetServerInfo(grpc::CallbackServerConte
 
 grpc::ServerReadReactor<grpc::ByteBuffer>* RenderService::LoadScene(grpc::CallbackServerContext* context,
                                                                     grpc::ByteBuffer* response) {
-  if (!allowed(*context)) return new Refused<grpc::ServerReadReactor<grpc::ByteBuffer>>();
-  return new LoadSceneReactor(core_, *context, response);
+  const Admission admitted = admit(*context, "LoadScene");
+  if (!admitted) return new Refused<grpc::ServerReadReactor<grpc::ByteBuffer>>(admitted.refused);
+  return new LoadSceneReactor(core_, admitted.caller, *context, response);
 }
 
 grpc::ServerUnaryReactor* RenderService::ListScenes(grpc::CallbackServerContext* context,
                                                     const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
-  if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
+  const Admission admitted = admit(*context, "ListScenes");
+  if (!admitted) return new Refused<grpc::ServerUnaryReactor>(admitted.refused);
   return answer<pb::ListScenesRequest>(
       context, request, response, [this](const pb::ListScenesRequest& which) { return list_scenes(core_, which); });
 }
 
 grpc::ServerUnaryReactor* RenderService::UnloadScene(grpc::CallbackServerContext* context,
                                                      const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
-  if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
+  const Admission admitted = admit(*context, "UnloadScene");
+  if (!admitted) return new Refused<grpc::ServerUnaryReactor>(admitted.refused);
   return answer<pb::UnloadSceneRequest>(
-      context, request, response, [this](const pb::UnloadSceneRequest& unload) -> Result<pb::UnloadSceneResponse> {
+      context, request, response,
+      [this, &admitted](const pb::UnloadSceneRequest& unload) -> Result<pb::UnloadSceneResponse> {
         Problems problems;
         check_id(unload.scene_id(), "scene_id", problems);
         if (!problems.empty()) return problems.to_error();
+        if (const Status own = check_scene(*admitted.caller, unload.scene_id()); !own.ok()) return own.error();
         if (const Status done = core_.scenes.unload(unload.scene_id(), "scene_id"); !done.ok()) return done.error();
+        spdlog::info("scene unloaded scene={}", unload.scene_id().substr(0, 12));
         return pb::UnloadSceneResponse();
       });
 }
 
 grpc::ServerUnaryReactor* RenderService::DescribeScene(grpc::CallbackServerContext* context,
                                                        const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
-  if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
+  const Admission admitted = admit(*context, "DescribeScene");
+  if (!admitted) return new Refused<grpc::ServerUnaryReactor>(admitted.refused);
   return answer<pb::DescribeSceneRequest>(
       context, request, response, [this](const pb::DescribeSceneRequest& which) -> Result<pb::DescribeSceneResponse> {
         Problems problems;
@@ -333,7 +375,8 @@ grpc::ServerUnaryReactor* RenderService::DescribeScene(grpc::CallbackServerConte
 
 grpc::ServerUnaryReactor* RenderService::ListFiles(grpc::CallbackServerContext* context,
                                                    const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
-  if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
+  const Admission admitted = admit(*context, "ListFiles");
+  if (!admitted) return new Refused<grpc::ServerUnaryReactor>(admitted.refused);
   return answer_later<pb::ListFilesRequest>(core_, context, request, response,
                                             [this](const pb::ListFilesRequest& which) -> Result<pb::ListFilesResponse> {
                                               const auto found = core_.scenes.roots().list(which.folder(), "folder");
@@ -344,30 +387,37 @@ grpc::ServerUnaryReactor* RenderService::ListFiles(grpc::CallbackServerContext* 
 
 grpc::ServerUnaryReactor* RenderService::CreateSession(grpc::CallbackServerContext* context,
                                                        const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
-  if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
+  const Admission admitted = admit(*context, "CreateSession");
+  if (!admitted) return new Refused<grpc::ServerUnaryReactor>(admitted.refused);
   return answer_later<pb::CreateSessionRequest>(
       core_, context, request, response,
-      [this](const pb::CreateSessionRequest& create) { return create_session(core_, create); });
+      [this, caller = admitted.caller, peer = context->peer()](const pb::CreateSessionRequest& create) {
+        return create_session(core_, *caller, create, peer);
+      });
 }
 
 grpc::ServerUnaryReactor* RenderService::CloseSession(grpc::CallbackServerContext* context,
                                                       const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
-  if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
+  const Admission admitted = admit(*context, "CloseSession");
+  if (!admitted) return new Refused<grpc::ServerUnaryReactor>(admitted.refused);
   return answer<pb::CloseSessionRequest>(
-      context, request, response, [this](const pb::CloseSessionRequest& close) -> Result<pb::CloseSessionResponse> {
+      context, request, response,
+      [this, &admitted](const pb::CloseSessionRequest& close) -> Result<pb::CloseSessionResponse> {
         Problems problems;
         check_id(close.session_id(), "session_id", problems);
         if (!problems.empty()) return problems.to_error();
+        if (const Status own = check_session(*admitted.caller, close.session_id()); !own.ok()) return own.error();
         const Status done = core_.sessions.close(close.session_id(), "session_id", grpc::Status::OK);
         if (!done.ok()) return done.error();
-        spdlog::info("session closed id={}", close.session_id());
+        spdlog::info("session closed session={}", close.session_id());
         return pb::CloseSessionResponse();
       });
 }
 
 grpc::ServerUnaryReactor* RenderService::ListSessions(grpc::CallbackServerContext* context,
                                                       const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
-  if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
+  const Admission admitted = admit(*context, "ListSessions");
+  if (!admitted) return new Refused<grpc::ServerUnaryReactor>(admitted.refused);
   return answer<pb::ListSessionsRequest>(context, request, response, [this](const auto&) {
     pb::ListSessionsResponse list;
     for (const auto& session : core_.sessions.list()) *list.add_sessions() = session->info();
@@ -377,43 +427,52 @@ grpc::ServerUnaryReactor* RenderService::ListSessions(grpc::CallbackServerContex
 
 grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* RenderService::StreamFrames(
     grpc::CallbackServerContext* context) {
-  if (!allowed(*context)) return new Refused<grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>>();
-  return new FrameStreamReactor(core_);
+  const Admission admitted = admit(*context, "StreamFrames");
+  if (!admitted) return new Refused<grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>>(admitted.refused);
+  return new FrameStreamReactor(core_, admitted.caller);
 }
 
 grpc::ServerUnaryReactor* RenderService::UpdateSession(grpc::CallbackServerContext* context,
                                                        const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
-  if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
+  const Admission admitted = admit(*context, "UpdateSession");
+  if (!admitted) return new Refused<grpc::ServerUnaryReactor>(admitted.refused);
   return answer_later<pb::UpdateSessionRequest>(
       core_, context, request, response,
-      [this](const pb::UpdateSessionRequest& update) { return update_session(core_, update); });
+      [this, caller = admitted.caller](const pb::UpdateSessionRequest& update) -> Result<pb::UpdateSessionResponse> {
+        if (const Status own = check_session(*caller, update.session_id()); !own.ok()) return own.error();
+        return update_session(core_, update);
+      });
 }
 
 grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::WatchFrames(grpc::CallbackServerContext* context,
                                                                        const grpc::ByteBuffer* request) {
-  if (!allowed(*context)) return new Refused<grpc::ServerWriteReactor<grpc::ByteBuffer>>();
-  return new WatchReactor(core_, *request);
+  const Admission admitted = admit(*context, "WatchFrames");
+  if (!admitted) return new Refused<grpc::ServerWriteReactor<grpc::ByteBuffer>>(admitted.refused);
+  return new WatchReactor(core_, admitted.caller, *request);
 }
 
 grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::RunJob(grpc::CallbackServerContext* context,
                                                                   const grpc::ByteBuffer* request) {
-  if (!allowed(*context)) return new Refused<grpc::ServerWriteReactor<grpc::ByteBuffer>>();
-  if (!asks_to_detach(*request)) return new JobReactor(core_, *context, *request);
-  return stream_of_jobs<pb::RunJobRequest>(context, request, [this, context](pb::RunJobRequest&& job) {
-    return run_detached_job(core_, *jobs_, std::move(job), context->peer());
-  });
+  const Admission admitted = admit(*context, "RunJob");
+  if (!admitted) return new Refused<grpc::ServerWriteReactor<grpc::ByteBuffer>>(admitted.refused);
+  if (!asks_to_detach(*request)) return new JobReactor(core_, admitted.caller, *context, *request);
+  return stream_of_jobs<pb::RunJobRequest>(
+      "RunJob", context, request, [this, context](const CallerPtr& caller, pb::RunJobRequest&& job) {
+        return run_detached_job(core_, *jobs_, std::move(job), caller, asker(*caller, context->peer()));
+      });
 }
 
 Error RenderService::no_jobs() const {
   return {ErrorCode::failed_precondition, "this daemon keeps no jobs: " + no_jobs_reason_, {}};
 }
 
-// Calls method(request), which gives a Result<Response>, on a thread that may wait for the disk.
+// Calls method(caller, request), which gives a Result<Response>, on a thread that may wait for the disk.
 template <class Request, class Method>
-grpc::ServerUnaryReactor* RenderService::answer_job_call(grpc::CallbackServerContext* context,
+grpc::ServerUnaryReactor* RenderService::answer_job_call(std::string_view rpc, grpc::CallbackServerContext* context,
                                                          const grpc::ByteBuffer* bytes, grpc::ByteBuffer* response,
                                                          Method method) {
-  if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
+  const Admission admitted = admit(*context, rpc);
+  if (!admitted) return new Refused<grpc::ServerUnaryReactor>(admitted.refused);
   if (!jobs_) {
     grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
     reactor->Finish(to_grpc_status(no_jobs()));
@@ -422,14 +481,20 @@ grpc::ServerUnaryReactor* RenderService::answer_job_call(grpc::CallbackServerCon
   const auto where = [&jobs = *jobs_](const Request&) {
     return Later{&jobs.calls(), [&jobs] { return jobs.too_many_calls(); }};
   };
-  return new LaterCall<Request, Method, decltype(where)>(*context, *bytes, response, std::move(method), where);
+  auto of_caller = [caller = admitted.caller, method = std::move(method)](const Request& request) {
+    return method(*caller, request);
+  };
+  return new LaterCall<Request, decltype(of_caller), decltype(where)>(*context, *bytes, response, std::move(of_caller),
+                                                                      where);
 }
 
-// Sends what make(request), a PulledStream::Make, makes.
+// Sends what make(caller, request), a PulledStream::Make, makes.
 template <class Request, class Make>
-grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::stream_of_jobs(grpc::CallbackServerContext* context,
+grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::stream_of_jobs(std::string_view rpc,
+                                                                          grpc::CallbackServerContext* context,
                                                                           const grpc::ByteBuffer* bytes, Make make) {
-  if (!allowed(*context)) return new Refused<grpc::ServerWriteReactor<grpc::ByteBuffer>>();
+  const Admission admitted = admit(*context, rpc);
+  if (!admitted) return new Refused<grpc::ServerWriteReactor<grpc::ByteBuffer>>(admitted.refused);
   if (!jobs_) return new Refused<grpc::ServerWriteReactor<grpc::ByteBuffer>>(to_grpc_status(no_jobs()));
   Request request;
   grpc::ByteBuffer copy(*bytes);  // shares the slices
@@ -439,26 +504,39 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::stream_of_jobs(grpc::
     return ok_status();
   });
   if (!parsed.ok()) return new Refused<grpc::ServerWriteReactor<grpc::ByteBuffer>>(to_grpc_status(parsed));
-  return new PulledStream(jobs_->calls(), jobs_->too_many_calls(), make(std::move(request)));
+  return new PulledStream(jobs_->calls(), jobs_->too_many_calls(), core_.access, admitted.caller,
+                          make(admitted.caller, std::move(request)));
 }
 
 grpc::ServerUnaryReactor* RenderService::CancelJob(grpc::CallbackServerContext* context,
                                                    const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
-  if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
-  const auto of_call = [this](const pb::CancelJobRequest& cancel) -> Result<pb::CancelJobResponse> {
+  const auto of_call = [this](const Caller& caller,
+                              const pb::CancelJobRequest& cancel) -> Result<pb::CancelJobResponse> {
     Problems problems;
     check_id(cancel.job_id(), "job_id", problems);
     if (!problems.empty()) return problems.to_error();
+    if (const auto owner = core_.jobs.owner_of(cancel.job_id())) {
+      if (const Status own = check_owner(caller, *owner, "job '" + cancel.job_id() + "'"); !own.ok())
+        return own.error();
+    }
     if (const Status done = core_.jobs.cancel(cancel.job_id(), "job_id"); !done.ok()) return done.error();
     return pb::CancelJobResponse();
   };
-  if (!jobs_) return answer<pb::CancelJobRequest>(context, request, response, of_call);
+  if (!jobs_) {
+    const Admission admitted = admit(*context, "CancelJob");
+    if (!admitted) return new Refused<grpc::ServerUnaryReactor>(admitted.refused);
+    return answer<pb::CancelJobRequest>(context, request, response, [&](const pb::CancelJobRequest& cancel) {
+      return of_call(*admitted.caller, cancel);
+    });
+  }
   return answer_job_call<pb::CancelJobRequest>(
-      context, request, response,
-      [this, of_call, by = context->peer()](const pb::CancelJobRequest& cancel) -> Result<pb::CancelJobResponse> {
-        auto done = of_call(cancel);
+      "CancelJob", context, request, response,
+      [this, of_call, peer = context->peer()](const Caller& caller,
+                                              const pb::CancelJobRequest& cancel) -> Result<pb::CancelJobResponse> {
+        auto done = of_call(caller, cancel);
         if (done || done.error().code != ErrorCode::not_found) return done;
-        if (const Status kept = jobs_->cancel(cancel.job_id(), by); !kept.ok()) return kept.error();
+        if (const Status own = check_kept_job(caller, cancel.job_id()); !own.ok()) return own.error();
+        if (const Status kept = jobs_->cancel(cancel.job_id(), asker(caller, peer)); !kept.ok()) return kept.error();
         return pb::CancelJobResponse();
       });
 }
@@ -466,82 +544,107 @@ grpc::ServerUnaryReactor* RenderService::CancelJob(grpc::CallbackServerContext* 
 grpc::ServerUnaryReactor* RenderService::SubmitJob(grpc::CallbackServerContext* context,
                                                    const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
   return answer_job_call<pb::SubmitJobRequest>(
-      context, request, response,
-      [this, by = context->peer()](const pb::SubmitJobRequest& submit) { return jobs_->submit(submit, by); });
+      "SubmitJob", context, request, response,
+      [this, peer = context->peer()](const Caller& caller, const pb::SubmitJobRequest& submit) {
+        return jobs_->submit(submit, caller, asker(caller, peer));
+      });
 }
 
 grpc::ServerUnaryReactor* RenderService::ListJobs(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
                                                   grpc::ByteBuffer* response) {
-  return answer_job_call<pb::ListJobsRequest>(context, request, response,
-                                              [this](const pb::ListJobsRequest& which) { return jobs_->list(which); });
+  return answer_job_call<pb::ListJobsRequest>(
+      "ListJobs", context, request, response,
+      [this](const Caller&, const pb::ListJobsRequest& which) { return jobs_->list(which); });
 }
 
 grpc::ServerUnaryReactor* RenderService::GetJob(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
                                                 grpc::ByteBuffer* response) {
-  return answer_job_call<pb::GetJobRequest>(context, request, response, [this](const pb::GetJobRequest& which) {
-    return with_job(which.job_id(), [&] { return jobs_->get(which.job_id()); });
+  return answer_job_call<pb::GetJobRequest>(
+      "GetJob", context, request, response, [this](const Caller&, const pb::GetJobRequest& which) {
+        return with_job(which.job_id(), [&] { return jobs_->get(which.job_id()); });
+      });
+}
+
+// Calls method(job_id, by) if the kept job is the caller's own, or the caller may act on others'.
+template <class Method>
+Result<pb::Job> RenderService::change_job(const Caller& caller, const std::string& peer, const std::string& job_id,
+                                          const Method& method) {
+  return with_job(job_id, [&]() -> Result<pb::Job> {
+    if (const Status own = check_kept_job(caller, job_id); !own.ok()) return own.error();
+    return method(job_id, asker(caller, peer));
   });
 }
 
 grpc::ServerUnaryReactor* RenderService::PauseJob(grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
                                                   grpc::ByteBuffer* response) {
   return answer_job_call<pb::PauseJobRequest>(
-      context, request, response, [this, by = context->peer()](const pb::PauseJobRequest& which) {
-        return with_job(which.job_id(), [&] { return jobs_->pause(which.job_id(), by); });
+      "PauseJob", context, request, response,
+      [this, peer = context->peer()](const Caller& caller, const pb::PauseJobRequest& which) {
+        return change_job(caller, peer, which.job_id(),
+                          [&](const auto& id, const auto& by) { return jobs_->pause(id, by); });
       });
 }
 
 grpc::ServerUnaryReactor* RenderService::ResumeJob(grpc::CallbackServerContext* context,
                                                    const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
   return answer_job_call<pb::ResumeJobRequest>(
-      context, request, response, [this, by = context->peer()](const pb::ResumeJobRequest& which) {
-        return with_job(which.job_id(), [&] { return jobs_->resume(which.job_id(), by); });
+      "ResumeJob", context, request, response,
+      [this, peer = context->peer()](const Caller& caller, const pb::ResumeJobRequest& which) {
+        return change_job(caller, peer, which.job_id(),
+                          [&](const auto& id, const auto& by) { return jobs_->resume(id, by); });
       });
 }
 
 grpc::ServerUnaryReactor* RenderService::SetJobPriority(grpc::CallbackServerContext* context,
                                                         const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
   return answer_job_call<pb::SetJobPriorityRequest>(
-      context, request, response, [this](const pb::SetJobPriorityRequest& which) {
-        return with_job(which.job_id(), [&] { return jobs_->set_priority(which.job_id(), which.priority()); });
+      "SetJobPriority", context, request, response,
+      [this, peer = context->peer()](const Caller& caller, const pb::SetJobPriorityRequest& which) {
+        return change_job(caller, peer, which.job_id(),
+                          [&](const auto& id, const auto&) { return jobs_->set_priority(id, which.priority()); });
       });
 }
 
 grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::WatchJob(grpc::CallbackServerContext* context,
                                                                     const grpc::ByteBuffer* request) {
-  return stream_of_jobs<pb::WatchJobRequest>(context, request, [this](pb::WatchJobRequest&& which) {
-    return watch_job(core_, *jobs_, std::move(which));
-  });
+  return stream_of_jobs<pb::WatchJobRequest>(
+      "WatchJob", context, request,
+      [this](const CallerPtr&, pb::WatchJobRequest&& which) { return watch_job(core_, *jobs_, std::move(which)); });
 }
 
 grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::GetResult(grpc::CallbackServerContext* context,
                                                                      const grpc::ByteBuffer* request) {
   return stream_of_jobs<pb::GetResultRequest>(
-      context, request, [this](pb::GetResultRequest&& which) { return get_result(*jobs_, std::move(which)); });
+      "GetResult", context, request,
+      [this](const CallerPtr&, pb::GetResultRequest&& which) { return get_result(core_, *jobs_, std::move(which)); });
 }
 
 grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::Compare(grpc::CallbackServerContext* context,
                                                                    const grpc::ByteBuffer* request) {
-  if (!allowed(*context)) return new Refused<grpc::ServerWriteReactor<grpc::ByteBuffer>>();
-  return new CompareReactor(compare_, *context, *request);
+  const Admission admitted = admit(*context, "Compare");
+  if (!admitted) return new Refused<grpc::ServerWriteReactor<grpc::ByteBuffer>>(admitted.refused);
+  return new CompareReactor(compare_, admitted.caller, *context, *request);
 }
 
 grpc::ServerReadReactor<grpc::ByteBuffer>* RenderService::LoadReference(grpc::CallbackServerContext* context,
                                                                         grpc::ByteBuffer* response) {
-  if (!allowed(*context)) return new Refused<grpc::ServerReadReactor<grpc::ByteBuffer>>();
-  return new LoadReferenceReactor(compare_, *context, response);
+  const Admission admitted = admit(*context, "LoadReference");
+  if (!admitted) return new Refused<grpc::ServerReadReactor<grpc::ByteBuffer>>(admitted.refused);
+  return new LoadReferenceReactor(compare_, admitted.caller, *context, response);
 }
 
 grpc::ServerUnaryReactor* RenderService::ReplaySample(grpc::CallbackServerContext* context,
                                                       const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
-  if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
+  const Admission admitted = admit(*context, "ReplaySample");
+  if (!admitted) return new Refused<grpc::ServerUnaryReactor>(admitted.refused);
   return new ReplayReactor(core_, *context, *request, response);
 }
 
 grpc::ServerUnaryReactor* RenderService::EditScene(grpc::CallbackServerContext* context,
                                                    const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
-  if (!allowed(*context)) return new Refused<grpc::ServerUnaryReactor>();
-  return new EditSceneReactor(core_, *context, *request, response);
+  const Admission admitted = admit(*context, "EditScene");
+  if (!admitted) return new Refused<grpc::ServerUnaryReactor>(admitted.refused);
+  return new EditSceneReactor(core_, admitted.caller, *context, *request, response);
 }
 
 }  // namespace helio

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "heliograph/v1/render_service.grpc.pb.h"
@@ -95,14 +96,28 @@ class RenderService final : public raw::Service {
                                       grpc::ByteBuffer* response) override;
 
  private:
-  // Whether the call names one of the daemon's tokens.
-  bool allowed(const grpc::CallbackServerContext& context) const;
+  // Who calls; null where the call names none of the daemon's tokens, or one whose role is too little for this rpc:
+  // then the call ends with the status.
+  struct Admission {
+    CallerPtr caller;
+    grpc::Status refused;
+    explicit operator bool() const { return caller != nullptr; }
+  };
+  Admission admit(const grpc::CallbackServerContext& context, std::string_view rpc) const;
   Error no_jobs() const;
+  // permission_denied: the session, scene or kept job is another token's. What is not there is told by whoever looks
+  // for it next.
+  Status check_session(const Caller& caller, const std::string& session_id) const;
+  Status check_scene(const Caller& caller, const std::string& scene_id) const;
+  Status check_kept_job(const Caller& caller, const std::string& job_id) const;
+  template <class Method>
+  Result<pb::Job> change_job(const Caller& caller, const std::string& peer, const std::string& job_id,
+                             const Method& method);
   template <class Request, class Method>
-  grpc::ServerUnaryReactor* answer_job_call(grpc::CallbackServerContext* context, const grpc::ByteBuffer* bytes,
-                                            grpc::ByteBuffer* response, Method method);
+  grpc::ServerUnaryReactor* answer_job_call(std::string_view rpc, grpc::CallbackServerContext* context,
+                                            const grpc::ByteBuffer* bytes, grpc::ByteBuffer* response, Method method);
   template <class Request, class Make>
-  grpc::ServerWriteReactor<grpc::ByteBuffer>* stream_of_jobs(grpc::CallbackServerContext* context,
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* stream_of_jobs(std::string_view rpc, grpc::CallbackServerContext* context,
                                                              const grpc::ByteBuffer* bytes, Make make);
 
   ServiceCore& core_;

@@ -37,7 +37,7 @@ Result<pb::ReplaySampleResponse> trace(const Replay& replay, const LoadedScene& 
   const PathSettings settings = path_settings(replay.settings);
   // Of one pass, though most_bytes() has several.
   const std::uint64_t pass = caches_light_vertices(settings.integrator) ? LightVertexSource::most_bytes(settings) : 0;
-  const auto memory = account.reserve_with_room(pass, "the light paths of a replay");
+  const auto memory = account.reserve_with_room(pass, "the light paths of a replay", MemoryOwner::light_vertices);
   if (!memory) return memory.error();
   if (pass > 0) {
     // Passes are as large as the film and what their paths leave behind allow; how much that is varies with the seed.
@@ -75,6 +75,7 @@ Status ReplayReactor::start(grpc::CallbackServerContext& context, grpc::ByteBuff
   tell_ignored(context, unknown_fields(request));
   auto replay = read_replay_token(request.token(), core_.render_limits(), "token");
   if (!replay) return replay.error();
+  end_by_drain(core_);
   auto scene = core_.scenes.acquire(replay->message.scene_id(), "token");
   if (!scene) return no_scene(replay->message, "token");
   struct Task {

@@ -31,6 +31,15 @@ void UnaryCall::begin(const std::function<Status()>& start) {
   if (!started.ok()) outcome->fail(to_grpc_status(started));
 }
 
+void UnaryCall::end_by_drain(ServiceCore& core) {
+  outcome_->place = core.open_calls.add([weak = std::weak_ptr(outcome_), &core] {
+    const auto outcome = weak.lock();
+    if (!outcome) return;
+    outcome->cancel.cancel();
+    outcome->fail(to_grpc_status(core.check_accepting()));
+  });
+}
+
 void UnaryCall::OnCancel() {
   outcome_->cancel.cancel();
   outcome_->fail({grpc::StatusCode::CANCELLED, "the caller gave up"});

@@ -11,6 +11,7 @@
 
 #include "renderer/base/cancel.h"
 #include "renderer/base/result.h"
+#include "server/sessions/service_core.h"
 
 namespace helio {
 
@@ -29,6 +30,7 @@ class UnaryCall : public grpc::ServerUnaryReactor {
     void finish(const google::protobuf::MessageLite& answer);
     void fail(const grpc::Status& status);
     CancelToken cancel;
+    OpenCalls::Place place;  // of end_by_drain()
 
    private:
     std::mutex mutex_;
@@ -41,6 +43,8 @@ class UnaryCall : public grpc::ServerUnaryReactor {
   // Calls `start`, which hands outcome() to a task; its error ends the call. This may be gone afterwards.
   void begin(const std::function<Status()>& start);
   const std::shared_ptr<Outcome>& outcome() const { return outcome_; }
+  // A drain cancels the task and ends the call, whose answer nobody could use any more. Before the task is there.
+  void end_by_drain(ServiceCore& core);
 
  private:
   std::shared_ptr<Outcome> outcome_;

@@ -33,6 +33,10 @@ class UploadCall {
       if (!known && ignored_.size() < kMaxUnknownFields) ignored_.push_back(std::move(field));
     }
   }
+  bool over() {
+    const std::lock_guard lock(mutex_);
+    return !reactor_;
+  }
   // The first end counts.
   void finish(const grpc::Status& status, const Response* answer = nullptr) {
     const std::lock_guard lock(mutex_);

@@ -5,15 +5,20 @@
 #include "server/base/grpc_status.h"
 #include "server/base/guarded.h"
 #include "server/base/parse_message.h"
+#include "server/rpc/call_rights.h"
+#include "server/rpc/ended_by_reload.h"
 #include "server/stream/convert.h"
 #include "server/stream/stream_messages.h"
 
 namespace helio {
 
-WatchReactor::WatchReactor(ServiceCore& core, const grpc::ByteBuffer& request) {
+WatchReactor::WatchReactor(ServiceCore& core, CallerPtr caller, const grpc::ByteBuffer& request)
+    : caller_(std::move(caller)) {
   stream_ = std::make_shared<OutboundStream>(
       static_cast<OutboundStream::Call&>(*this),
-      [this](Outbound message) { return to_stream_response(std::move(message), session_id_); }, core.timers);
+      [this](Outbound message) { return to_stream_response(std::move(message), session_id_); }, core.timers,
+      &core.counters.streams);
+  under_way_ = core.access.begin(caller_, end_of(stream_));
   const Status started = guarded([&] { return start(request, core); });
   if (!started.ok()) stream_->finish(to_grpc_status(started));
 }
@@ -30,10 +35,12 @@ Status WatchReactor::start(grpc::ByteBuffer bytes, ServiceCore& core) {
   if (!found) return found.error();
   session_id_ = request.session_id();
   session_ = *found;
-  const Status attached = session_->attach(stream_, format);
+  const bool own = check_owner(*caller_, session_->owner(), "").ok() && caller_->role >= Role::render;
+  const Status attached = session_->attach(stream_, format, own ? Session::TakeOver::yes : Session::TakeOver::no);
   const auto ignored = unknown_fields(request);
   if (attached && !ignored.empty()) stream_->push(ignored_fields_notice(ignored));
-  return attached;
+  // A drain has told the session before, or finds the stream there.
+  return attached ? core.check_accepting() : attached;
 }
 
 void WatchReactor::OnCancel() {

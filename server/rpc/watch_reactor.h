@@ -16,7 +16,7 @@ namespace helio {
 // Deletes itself when the call is over.
 class WatchReactor final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, private OutboundStream::Call {
  public:
-  WatchReactor(ServiceCore& core, const grpc::ByteBuffer& request);
+  WatchReactor(ServiceCore& core, CallerPtr caller, const grpc::ByteBuffer& request);
 
   void OnWriteDone(bool ok) override { stream_->write_done(ok); }
   void OnCancel() override;
@@ -27,9 +27,11 @@ class WatchReactor final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, pr
   void finish(const grpc::Status& status) override { Finish(copy_status(status)); }
   Status start(grpc::ByteBuffer request, ServiceCore& core);
 
+  const CallerPtr caller_;
   std::string session_id_;
   std::shared_ptr<Session> session_;
   std::shared_ptr<OutboundStream> stream_;
+  std::unique_ptr<AccessControl::Call> under_way_;
 };
 
 }  // namespace helio

@@ -11,6 +11,19 @@ std::string shown(const std::string& name) {
   return name.size() <= 128 ? "'" + name + "'" : "'" + name.substr(0, 128) + "...'";
 }
 
+bool is_control(unsigned char c) {
+  return c < ' ' || c == 127;
+}
+
+bool has_control(const std::string& text) {
+  return std::any_of(text.begin(), text.end(), is_control);
+}
+
+// Up to the first of them.
+std::string without_control(const std::string& text) {
+  return {text.begin(), std::find_if(text.begin(), text.end(), is_control)};
+}
+
 Error invalid(std::string where, std::string message) {
   return {ErrorCode::invalid_argument, std::move(message), std::move(where)};
 }
@@ -31,10 +44,10 @@ bool has_bad_component(const std::string& name) {
 void check_bundle_name(const std::string& name, const std::string& where, Problems& problems) {
   const bool drive = name.size() >= 2 && name[1] == ':';
   if (name.empty() || name.size() > BundleReceiver::kMaxName || has_bad_component(name) || drive ||
-      name.find('\\') != std::string::npos || name.find('\0') != std::string::npos) {
+      name.find('\\') != std::string::npos || has_control(name)) {
     problems.add(where, fmt::format("{} ({} bytes); allowed: a relative path of 1 to {} bytes, '/'-separated, without "
-                                    "\".\", \"..\", backslashes and zero bytes",
-                                    shown(name.substr(0, name.find('\0'))), name.size(), BundleReceiver::kMaxName));
+                                    "\".\", \"..\", backslashes and control characters",
+                                    shown(without_control(name)), name.size(), BundleReceiver::kMaxName));
   }
 }
 
@@ -51,7 +64,7 @@ Status BundleReceiver::begin(const heliograph::v1::LoadSceneRequest::Begin& mess
                  fmt::format("{}; allowed: max_scene_bytes = {}", message.total_bytes(), max_scene_bytes_),
                  "begin.total_bytes"};
   }
-  auto memory = memory_.reserve_with_room(message.total_bytes(), "the uploaded bundle");
+  auto memory = memory_.reserve_with_room(message.total_bytes(), "the uploaded bundle", MemoryOwner::uploads);
   if (!memory) return memory.error();
   bundle_.memory = std::move(*memory);
   bundle_.main_file = message.main_file();

@@ -219,7 +219,7 @@ class SceneRegistry::Load {
   std::string environment_;  // as the loader is to read it
   std::unique_ptr<RecordingSource> files_, environment_files_;
   Reservation bundle_memory_;
-  GrowingReservation reserved_{registry_.memory_};
+  GrowingReservation reserved_{registry_.memory_, MemoryOwner::scenes};
 };
 
 Result<SceneRegistry::Outcome> SceneRegistry::load(SceneRequest request, const CancelToken& cancel) {
@@ -264,7 +264,7 @@ Result<SceneRegistry::Outcome> SceneRegistry::change(const SceneLease& base, con
   auto place = make_room();
   if (!place) return place.error();
 
-  GrowingReservation reserved(memory_);
+  GrowingReservation reserved(memory_, MemoryOwner::scenes);
   EditOptions options;
   options.threads = limits_.build_threads;
   options.max_bytes = std::min(limits_.max_scene_memory, memory_.obtainable());

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <span>
 #include <string>
 #include <utility>
@@ -36,6 +37,23 @@ struct SceneManifest {
   std::string id() const;
 };
 
+// The tokens that have loaded or made a scene, by name. Thread safe.
+class SceneOwners {
+ public:
+  void add(const std::string& name) {
+    const std::lock_guard lock(mutex_);
+    if (!name.empty()) names_.insert(name);
+  }
+  std::set<std::string> names() const {
+    const std::lock_guard lock(mutex_);
+    return names_;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::set<std::string> names_;
+};
+
 struct LoadedScene : std::enable_shared_from_this<LoadedScene> {
   std::string id;
   SceneManifest manifest;
@@ -50,6 +68,7 @@ struct LoadedScene : std::enable_shared_from_this<LoadedScene> {
   SceneChanges changes;     // all edits relative to that scene
   mutable std::atomic<int> references{0};
   mutable std::atomic<std::uint64_t> last_use{0};  // the registry's use counter at the last acquire
+  mutable SceneOwners owners;
 };
 
 // What identifies the scene that these changes make of a loaded one.

@@ -17,6 +17,10 @@ constexpr std::size_t kMaxPath = 4096;
 constexpr std::size_t kMaxScanned = 100000;       // entries of a folder that a list looks at
 constexpr std::size_t kMaxListedBytes = 1 << 20;  // of paths
 
+bool has_control(std::string_view text) {
+  return std::any_of(text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 127; });
+}
+
 bool is_below(const fs::path& path, const fs::path& root) {
   return path.lexically_relative(root) != "." && is_inside(path, root);
 }
@@ -41,10 +45,11 @@ Result<SceneRoots> SceneRoots::open(const std::vector<std::string>& directories)
 }
 
 Result<SceneRoots::Location> SceneRoots::find(std::string_view path, const std::string& where) const {
-  if (path.empty() || path.size() > kMaxPath || path.find('\0') != std::string_view::npos) {
-    return Error{ErrorCode::invalid_argument,
-                 "a path of " + std::to_string(path.size()) + " bytes; allowed: 1 to 4096 bytes without zero bytes",
-                 where};
+  if (path.empty() || path.size() > kMaxPath || has_control(path)) {
+    return Error{
+        ErrorCode::invalid_argument,
+        "a path of " + std::to_string(path.size()) + " bytes; allowed: 1 to 4096 bytes without control characters",
+        where};
   }
   const std::string shown = "'" + std::string(path.substr(0, 256)) + "'";
   if (roots_.empty()) {
@@ -65,10 +70,11 @@ Result<SceneRoots::Location> SceneRoots::find(std::string_view path, const std::
 }
 
 Result<SceneRoots::List> SceneRoots::list(std::string_view folder, const std::string& where) const {
-  if (folder.size() > kMaxPath || folder.find('\0') != std::string_view::npos) {
+  if (folder.size() > kMaxPath || has_control(folder)) {
     return Error{
         ErrorCode::invalid_argument,
-        "a path of " + std::to_string(folder.size()) + " bytes; allowed: at most 4096 bytes, none of them zero", where};
+        "a path of " + std::to_string(folder.size()) + " bytes; allowed: at most 4096 bytes without control characters",
+        where};
   }
   const std::string shown = "'" + std::string(folder.substr(0, 256)) + "'";
   if (roots_.empty()) {
@@ -89,6 +95,7 @@ Result<SceneRoots::List> SceneRoots::list(std::string_view folder, const std::st
          !error && entry != fs::directory_iterator() && scanned < kMaxScanned; entry.increment(error), ++scanned) {
       Entry listed{entry->path().lexically_relative(root).generic_string()};
       if (entry->path().filename().string().starts_with('.') || found.contains(listed.path)) continue;
+      if (has_control(listed.path)) continue;
       const std::optional<bool> environment = is_environment(listed.path);
       std::error_code unreadable;
       listed.folder = entry->is_directory(unreadable);

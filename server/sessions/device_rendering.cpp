@@ -120,7 +120,7 @@ Result<std::shared_ptr<const PlacedScene>> RenderDevices::place(const RenderDevi
   placed->name = "vulkan:" + std::to_string(info->index);
   const auto reserve = [&](std::uint64_t bytes) -> Status {
     placed->memory = {};
-    auto memory = memory_.reserve_with_room(bytes, "the scene on " + placed->name);
+    auto memory = memory_.reserve_with_room(bytes, "the scene on " + placed->name, MemoryOwner::devices);
     if (!memory) return std::move(memory).error();
     placed->memory = std::move(*memory);
     return ok_status();
@@ -177,14 +177,20 @@ std::shared_ptr<const PlacedScene> DeviceRendering::newest() const {
 
 // Sends a notice about the device that `on` lies on, once for each device.
 void DeviceRendering::tell(const PlacedScene& on, std::string_view what) {
+  const std::string notice =
+      fmt::format("{} ({}) {}; the picture goes on on the CPU", on.name, on.device->info().name, what);
   {
     const std::lock_guard lock(mutex_);
     if (!told_.insert(on.name).second) return;
+    failure_ = notice;
   }
-  const std::string notice =
-      fmt::format("{} ({}) {}; the picture goes on on the CPU", on.name, on.device->info().name, what);
   spdlog::warn("{}", notice);
   notify_(notice);
+}
+
+std::string DeviceRendering::failure() const {
+  const std::lock_guard lock(mutex_);
+  return failure_;
 }
 
 IntegrateFunction DeviceRendering::tracer(std::shared_ptr<const RenderScene> scene) {

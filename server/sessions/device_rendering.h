@@ -98,6 +98,8 @@ class DeviceRendering : public std::enable_shared_from_this<DeviceRendering> {
   // as the newest then.
   bool use(const RenderDevice& device, const RenderScene* scene);
   IntegrateFunction tracer(std::shared_ptr<const RenderScene> scene);
+  // The notice of the newest device that has failed; empty: none has.
+  std::string failure() const;
 
  private:
   struct Kept {
@@ -113,6 +115,7 @@ class DeviceRendering : public std::enable_shared_from_this<DeviceRendering> {
   mutable std::mutex mutex_;
   std::array<Kept, 2> kept_;
   std::set<std::string> told_;  // PlacedScene::name of devices of which the client knows that they failed
+  std::string failure_;
 };
 
 }  // namespace helio

@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <chrono>
 
 #include "renderer/base/clock.h"
@@ -30,7 +31,7 @@ void Job::cancel() {
   rendering_->publisher().finish_cancelled(grpc::Status::OK, /*tell=*/true);
 }
 
-Result<std::string> JobStore::reserve() {
+Result<std::string> JobStore::reserve(const std::string& owner) {
   const std::lock_guard lock(mutex_);
   if (jobs_.size() >= std::size_t(max_jobs_)) {
     return Error{ErrorCode::resource_exhausted,
@@ -39,13 +40,25 @@ Result<std::string> JobStore::reserve() {
                  kRetrySeconds};
   }
   std::string id = make_id("j-");
-  jobs_.emplace(id, nullptr);
+  jobs_.emplace(id, Place{owner, nullptr});
   return id;
+}
+
+std::optional<std::string> JobStore::owner_of(const std::string& id) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = jobs_.find(id);
+  return found == jobs_.end() ? std::nullopt : std::optional(found->second.owner);
+}
+
+std::uint64_t JobStore::held_by(const std::string& owner) const {
+  const std::lock_guard lock(mutex_);
+  return std::uint64_t(
+      std::count_if(jobs_.begin(), jobs_.end(), [&](const auto& j) { return j.second.owner == owner; }));
 }
 
 void JobStore::add(std::shared_ptr<Job> job) {
   const std::lock_guard lock(mutex_);
-  jobs_[job->id()] = job;
+  jobs_[job->id()].job = job;
 }
 
 void JobStore::remove(const std::string& id) {
@@ -55,7 +68,7 @@ void JobStore::remove(const std::string& id) {
     const std::lock_guard lock(mutex_);
     const auto found = jobs_.find(id);
     if (found == jobs_.end()) return;
-    removed = std::move(found->second);
+    removed = std::move(found->second.job);
     jobs_.erase(found);
     removed_.notify_all();
     told = told_;
@@ -73,7 +86,7 @@ Status JobStore::cancel(const std::string& id, const std::string& where) {
   {
     const std::lock_guard lock(mutex_);
     const auto found = jobs_.find(id);
-    if (found != jobs_.end()) job = found->second;
+    if (found != jobs_.end()) job = found->second.job;
   }
   if (!job) return Error{ErrorCode::not_found, "there is no job '" + id + "'", where};
   job->cancel();
@@ -84,11 +97,17 @@ void JobStore::cancel_all() {
   std::vector<std::shared_ptr<Job>> jobs;
   {
     const std::lock_guard lock(mutex_);
-    for (const auto& [id, job] : jobs_) {
-      if (job) jobs.push_back(job);
+    for (const auto& [id, place] : jobs_) {
+      if (place.job) jobs.push_back(place.job);
     }
   }
   for (const auto& job : jobs) job->cancel();
+}
+
+std::size_t JobStore::of_calls() {
+  const std::lock_guard lock(mutex_);
+  return std::size_t(
+      std::count_if(jobs_.begin(), jobs_.end(), [](const auto& entry) { return entry.second.job != nullptr; }));
 }
 
 bool JobStore::wait_until_empty(double deadline_s) {

@@ -3,10 +3,12 @@
 
 #include <atomic>
 #include <condition_variable>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -47,8 +49,11 @@ class JobStore {
  public:
   explicit JobStore(int max_jobs) : max_jobs_(max_jobs) {}
 
-  // A place for a job, kept until remove(). resource_exhausted: max_jobs.
-  Result<std::string> reserve();
+  // A place for a job, kept until remove(). owner: name of the token of whoever asked for it; empty: nobody in
+  // particular, as for jobs that the daemon keeps, which know their owners. resource_exhausted: max_jobs.
+  Result<std::string> reserve(const std::string& owner = {});
+  std::optional<std::string> owner_of(const std::string& id) const;  // nothing: there is no such job
+  std::uint64_t held_by(const std::string& owner) const;
   void add(std::shared_ptr<Job> job);  // its id was given by reserve()
   void remove(const std::string& id);
   // `told` is called after each remove(), without the store's lock; empty: nobody is.
@@ -57,15 +62,22 @@ class JobStore {
   // The job's stream ends with its result, reason CANCELLED. not_found.
   Status cancel(const std::string& id, const std::string& where);
   void cancel_all();
+  // Jobs that live as long as their calls.
+  std::size_t of_calls();
   // False when jobs are left at that time (now_s() clock).
   bool wait_until_empty(double deadline_s);
 
  private:
+  struct Place {
+    std::string owner;
+    std::shared_ptr<Job> job;  // null: reserved
+  };
+
   const int max_jobs_;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable removed_;
   std::function<void()> told_;
-  std::map<std::string, std::shared_ptr<Job>> jobs_;  // null: reserved
+  std::map<std::string, Place> jobs_;
 };
 
 }  // namespace helio

@@ -3,6 +3,9 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <utility>
 
 #include "renderer/base/clock.h"
 #include "renderer/film/display/display_layer.h"
@@ -15,6 +18,7 @@ namespace helio {
 namespace {
 
 constexpr double kProgressInterval = 0.25;
+constexpr double kLongestCopySeconds = 4;  // that a picture may take to the end of a plan
 
 std::uint64_t pixels(const RenderSettings& settings) {
   return std::uint64_t(settings.width) * std::uint64_t(settings.height);
@@ -52,18 +56,19 @@ std::uint64_t queue_bytes(const RenderSettings& settings, const TileFormat& form
 }
 
 Result<std::shared_ptr<const Reservation>> reserve(MemoryAccount& account, std::uint64_t bytes,
-                                                   const std::string& what) {
-  auto memory = account.reserve_with_room(bytes, what);
+                                                   const std::string& what, MemoryOwner owner) {
+  auto memory = account.reserve_with_room(bytes, what, owner);
   if (!memory) return memory.error();
   return std::make_shared<const Reservation>(std::move(*memory));
 }
 
 // What make(memory) makes once so many bytes are reserved for it; null where it takes none.
 template <class Make>
-auto reserve_for(MemoryAccount& account, std::uint64_t bytes, const std::string& what, const Make& make)
+auto reserve_for(MemoryAccount& account, std::uint64_t bytes, const std::string& what, MemoryOwner owner,
+                 const Make& make)
     -> Result<decltype(make(nullptr))> {
   if (bytes == 0) return decltype(make(nullptr))();
-  auto memory = reserve(account, bytes, what);
+  auto memory = reserve(account, bytes, what, owner);
   if (!memory) return memory.error();
   return make(std::move(*memory));
 }
@@ -72,21 +77,22 @@ using Count = std::shared_ptr<const Reservation>;
 
 Result<std::shared_ptr<Film>> reserve_film(const RenderContext::Resources& resources, const RenderSettings& settings) {
   return reserve_for(resources.memory, film_bytes(settings),
-                     fmt::format("a film of {} x {}", settings.width, settings.height),
+                     fmt::format("a film of {} x {}", settings.width, settings.height), MemoryOwner::films,
                      [&](Count memory) { return make_film(settings, std::move(memory)); });
 }
 
 Result<std::shared_ptr<PreviewHistory>> reserve_previews(const RenderContext::Resources& resources,
                                                          const RenderSettings& settings) {
   return reserve_for(resources.memory, preview_bytes(settings),
-                     fmt::format("previews of {} x {}", settings.width, settings.height),
+                     fmt::format("previews of {} x {}", settings.width, settings.height), MemoryOwner::previews,
                      [&](Count memory) { return make_preview_history(settings, std::move(memory)); });
 }
 
 Result<std::shared_ptr<DisplayLayer>> reserve_display(const RenderContext::Resources& resources,
                                                       const RenderSettings& settings, unsigned channels) {
   return reserve_for(resources.memory, display_bytes(settings, channels),
-                     fmt::format("the layer display of {} x {}", settings.width, settings.height), [&](Count memory) {
+                     fmt::format("the layer display of {} x {}", settings.width, settings.height), MemoryOwner::display,
+                     [&](Count memory) {
                        return make_display_layer(settings, channels, resources.oidn, std::move(memory));
                      });
 }
@@ -94,7 +100,8 @@ Result<std::shared_ptr<DisplayLayer>> reserve_display(const RenderContext::Resou
 Result<std::shared_ptr<const Reservation>> reserve_scratch(const RenderContext::Resources& resources,
                                                            const RenderSettings& settings) {
   return reserve(resources.memory, scratch_bytes(settings),
-                 fmt::format("light paths of {} x {} pixels", settings.width, settings.height));
+                 fmt::format("light paths of {} x {} pixels", settings.width, settings.height),
+                 MemoryOwner::light_vertices);
 }
 
 }  // namespace
@@ -113,7 +120,7 @@ Result<std::shared_ptr<RenderContext>> RenderContext::create(const Resources& re
   auto display = reserve_display(resources, settings, channels);
   if (!display) return display.error();
   if (checkpoints) {
-    auto memory = reserve(resources.memory, checkpoint_bytes(settings), "checkpoints");
+    auto memory = reserve(resources.memory, checkpoint_bytes(settings), "checkpoints", MemoryOwner::checkpoints);
     if (!memory) return memory.error();
     checkpoints->count = std::move(*memory);
   }
@@ -128,7 +135,8 @@ Result<std::shared_ptr<RenderContext>> RenderContext::create(const Resources& re
         if (scenes->current->snapshot == snapshot) return make_replay_token(*scenes->current, frame, sample);
         const auto before = scenes->before.lock();
         return before && before->snapshot == snapshot ? make_replay_token(*before, frame, sample) : std::string();
-      });
+      },
+      rank == RenderRank::interactive ? resources.counters : nullptr);
   RenderLoopOptions options;
   options.channels = channels;
   options.oidn = resources.oidn;
@@ -219,13 +227,53 @@ Status RenderContext::prepare_display(const RenderSettings& settings, unsigned c
   return ok_status();
 }
 
+Result<std::shared_ptr<const PictureCheckpoint>> RenderContext::copy_picture(const RenderSettings& settings,
+                                                                             const Budget& budget,
+                                                                             double deadline_s) {
+  if (!can_checkpoint(settings)) {
+    return Error{ErrorCode::failed_precondition,
+                 fmt::format("mode {} with variant {} draws on pictures before it, which are not copied",
+                             to_string(settings.mode), to_string(settings.variant)),
+                 {}};
+  }
+  auto memory = resources_.memory.reserve(checkpoint_bytes(settings), "a copy of the picture");
+  if (!memory) return memory.error();
+  struct Copy {
+    std::mutex mutex;
+    std::condition_variable made;
+    std::shared_ptr<const PictureCheckpoint> picture;
+  };
+  const auto copy = std::make_shared<Copy>();
+  CheckpointOptions options;
+  options.interval_s = 0;
+  options.keep = [copy](std::shared_ptr<const PictureCheckpoint> picture) {
+    const std::lock_guard lock(copy->mutex);
+    copy->picture = std::move(picture);
+    copy->made.notify_all();
+  };
+  options.count = std::make_shared<const Reservation>(std::move(*memory));
+  loop_->begin_checkpoints(std::move(options));
+  loop_->checkpoint_soon();
+  RenderLoop::Update go_on;
+  go_on.budget = budget;
+  loop_->update(go_on);
+  const double left = std::clamp(deadline_s - now_s(), 0.0, kLongestCopySeconds);
+  std::unique_lock lock(copy->mutex);
+  copy->made.wait_for(lock, std::chrono::duration<double>(left), [&] { return copy->picture != nullptr; });
+  auto picture = std::exchange(copy->picture, nullptr);
+  lock.unlock();
+  loop_->cancel();
+  if (!picture) return Error{ErrorCode::unavailable, "its picture could not be copied in time", {}};
+  return picture;
+}
+
 Result<Reservation> RenderContext::reserve_queue(const RenderSettings& settings, const TileFormat& format) const {
-  return resources_.memory.reserve_with_room(queue_bytes(settings, format), kQueue);
+  return resources_.memory.reserve_with_room(queue_bytes(settings, format), kQueue, MemoryOwner::queues);
 }
 
 Status RenderContext::keep_queue(Result<Reservation> memory, const RenderSettings& settings, const TileFormat& format) {
   const std::uint64_t bytes = queue_bytes(settings, format);
-  if (memory && memory->bytes() != bytes) memory = resources_.memory.reserve(bytes, kQueue);
+  if (memory && memory->bytes() != bytes) memory = resources_.memory.reserve(bytes, kQueue, MemoryOwner::queues);
   if (!memory) return memory.error();
   queue_memory_ = std::move(*memory);
   return ok_status();

@@ -34,6 +34,7 @@ class RenderContext : public std::enable_shared_from_this<RenderContext>, privat
     Reaper& reaper;
     std::shared_ptr<const OidnLibrary> oidn = nullptr;  // null: there is none, and no channels may ask for it
     RenderDevices* devices = nullptr;                   // null: there is the CPU alone
+    StreamCounters* counters = nullptr;                 // null: nothing is counted
   };
 
   // Reserves and allocates the film, which for gigabytes takes seconds. `sink`: where frames go in place of a stream;
@@ -46,6 +47,8 @@ class RenderContext : public std::enable_shared_from_this<RenderContext>, privat
 
   // That is rendered; valid until the next call of switch_scene().
   const LoadedScene& scene() const;
+  // What is to be said of a device that has failed; empty: none has.
+  std::string device_failure() const { return device_->failure(); }
   // Gives back what place() has placed: no later frame is rendered on a device.
   void release_device();
   // Puts a scene that is about to be rendered on the settings' device, if it is not there. Takes as long as a build;
@@ -71,6 +74,13 @@ class RenderContext : public std::enable_shared_from_this<RenderContext>, privat
   // reserved instead, without making room.
   Status keep_queue(Result<Reservation> memory, const RenderSettings& settings, const TileFormat& format);
   void release_queue() { queue_memory_.release(); }
+
+  // A copy of the picture in hand, of these settings and this budget, which goes on for it to the next boundary between
+  // two plans (a sample of every pixel at most) and then rests. Memory is reserved without making room.
+  // failed_precondition: such pictures have no copies; resource_exhausted: max_memory; unavailable: it was not made by
+  // `deadline_s` (now_s() clock), or within seconds.
+  Result<std::shared_ptr<const PictureCheckpoint>> copy_picture(const RenderSettings& settings, const Budget& budget,
+                                                                double deadline_s);
 
   // Puts the progress into the stream's queue about four times a second, until the stream ends or is replaced.
   void report_progress(const std::shared_ptr<OutboundStream>& stream);

@@ -11,17 +11,21 @@
 #include "renderer/base/clock.h"
 #include "renderer/film/display/oidn_library.h"
 #include "renderer/frame/render_loop.h"
-#include "server/base/access_tokens.h"
+#include "server/base/access_control.h"
 #include "server/base/memory_account.h"
+#include "server/base/open_calls.h"
 #include "server/base/reaper.h"
 #include "server/base/retry.h"
 #include "server/base/server_config.h"
 #include "server/base/task_thread.h"
 #include "server/base/timer_queue.h"
+#include "server/metrics/daemon_counters.h"
 #include "server/scenes/scene_registry.h"
 #include "server/sessions/device_rendering.h"
 #include "server/sessions/idle_room.h"
+#include "server/sessions/job_quota.h"
 #include "server/sessions/job_store.h"
+#include "server/sessions/owner_accounts.h"
 #include "server/sessions/session_registry.h"
 
 namespace helio {
@@ -31,7 +35,7 @@ struct ServiceCore {
               std::shared_ptr<const OidnLibrary> denoiser = nullptr, AccessTokens access_tokens = {})
       : config(complete_config),
         oidn(std::move(denoiser)),
-        tokens(std::move(access_tokens)),
+        access(std::move(access_tokens), config.token.empty() ? config.token_file : std::string()),
         memory(config.max_memory, &room),
         engine(config.render_threads),
         devices(config.vulkan_devices ? machine_devices() : nullptr, memory),
@@ -66,7 +70,14 @@ struct ServiceCore {
   }
 
   RenderLimits render_limits() const { return {config.max_film_side, config.max_film_pixels}; }
-  RenderContext::Resources resources() { return {engine, memory, timers, reaper, oidn, &devices}; }
+  RenderContext::Resources resources() { return resources(memory); }
+  // With memory that counts on this account: that of memory_of().
+  RenderContext::Resources resources(MemoryAccount& account) {
+    return {engine, account, timers, reaper, oidn, &devices, &counters.streams};
+  }
+  MemoryAccount& memory_of(const Caller& caller) { return accounts.of(caller.name, caller.quotas); }
+  // Of whoever has a token of this name, who need not be calling now.
+  MemoryAccount& memory_of(const std::string& owner) { return accounts.of(owner, access.quotas_of(owner)); }
   // For requests with this RenderSettings.device.
   TaskThread& thread_for(const std::string& device) { return device.empty() || device == "cpu" ? films : placer; }
   // For requests that switch the session's scene and leave its settings: the scene is placed on the session's device.
@@ -82,9 +93,10 @@ struct ServiceCore {
   Error too_many_waiting() const { return queue_full(kMaxWaitingFilms, "requests wait for their films"); }
   // After lister.submit() did.
   Error too_many_lists() const { return queue_full(kMaxWaitingLists, "folders wait to be listed"); }
+  // unavailable while the daemon drains. Who asks again finds the next one there, or the same one still draining.
   Status check_accepting() const {
     if (!draining) return ok_status();
-    return Error{ErrorCode::unavailable, "the daemon is draining", {}};
+    return Error{ErrorCode::unavailable, "the daemon is draining", {}, kRetrySeconds};
   }
 
   // For requests that may allocate a film: a few that take seconds do not hold up small ones.
@@ -95,17 +107,20 @@ struct ServiceCore {
 
   const ServerConfig config;
   const std::shared_ptr<const OidnLibrary> oidn;  // null: there is none
-  const AccessTokens tokens;
+  AccessControl access;
   std::string http_address;  // of the page, set before anything is served; empty: there is none
   // An upload that has come, before it is loaded: for jobs that are kept. What it answers goes into the log. Set before
   // anything is served; empty: none are.
   std::function<std::string(const SceneBundle&)> keep_upload;
   const double started_s = now_s();
   std::atomic<bool> draining{false};
+  OpenCalls open_calls;  // whoever adds to it may be told at once that the daemon drains
+  DaemonCounters counters;
 
   // In this order: what is named later uses what is named earlier, and is destroyed first.
   IdleRoom room{memory, reaper, scenes, sessions};
   MemoryAccount memory;
+  OwnerAccounts accounts{memory, reaper, sessions};
   RenderEngine engine;
   RenderDevices devices;
   SceneRegistry scenes;
@@ -113,6 +128,7 @@ struct ServiceCore {
   TimerQueue timers;
   SessionRegistry sessions;
   JobStore jobs;
+  JobQuota job_quota{jobs};
   // A thread each, so that an edit or a replay, which someone waits for at the screen, never waits for a load.
   TaskThread loader, editor, replayer;
   TaskThread lister;  // of folders, on disks that may be slow

@@ -2,6 +2,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include <utility>
+
 #include "renderer/base/clock.h"
 #include "server/stream/owned_message.h"
 
@@ -9,12 +11,14 @@ namespace helio {
 namespace {
 
 constexpr double kAttached = -1;
+constexpr double kRestartSeconds = 1;  // after which a daemon that restarts may be asked again
 
 }  // namespace
 
 Session::Session(std::string id, std::shared_ptr<RenderContext> rendering, const RenderSettings& settings,
-                 const Budget& budget, unsigned channels, double grace_s, const RenderLimits& limits)
+                 const Budget& budget, unsigned channels, double grace_s, const RenderLimits& limits, std::string owner)
     : id_(std::move(id)),
+      owner_(std::move(owner)),
       grace_s_(grace_s),
       limits_(limits),
       rendering_(std::move(rendering)),
@@ -47,8 +51,13 @@ Error Session::gone() const {
   return {ErrorCode::not_found, "there is no session '" + id_ + "'", "session_id"};
 }
 
+Error Session::draining() const {
+  return {ErrorCode::unavailable, "the daemon is draining", {}, kRestartSeconds};
+}
+
 Status Session::read(const Change& change, RenderLoop::Update& update) const {
   if (closed_) return gone();
+  if (frozen_) return draining();
   Problems problems;
   if (change.view) {
     const LoadedScene& scene = change.scene ? **change.scene : rendering_->scene();
@@ -118,7 +127,12 @@ Result<std::uint64_t> Session::update(const Change& change) {
     if (settings_.device.kind == RenderDevice::Kind::cpu) rendering_->release_device();
   }
   if (update.budget) budget_ = *update.budget;
-  if (update.view) last_view_id_ = update.view->id;
+  if (update.view) {
+    last_view_id_ = update.view->id;
+    restored_ = restored_ && view_ && view_->camera == update.view->camera;
+    view_ = update.view;
+  }
+  if (update.settings || change.scene) restored_ = false;
   const auto stream = rendering_->publisher().stream();
   if (stream) {
     stream->queue().drop_before(revision);
@@ -131,10 +145,19 @@ Result<std::uint64_t> Session::update(const Change& change) {
   return revision;
 }
 
-Status Session::attach(const std::shared_ptr<OutboundStream>& stream, const TileFormat& format) {
+Status Session::attach(const std::shared_ptr<OutboundStream>& stream, const TileFormat& format, TakeOver take_over) {
+  const auto may_attach = [&]() -> Status {
+    if (closed_) return gone();
+    if (frozen_) return draining();
+    if (take_over == TakeOver::yes || !rendering_->publisher().stream()) return ok_status();
+    return Error{
+        ErrorCode::permission_denied,
+        "session '" + id_ + "' has a listener, and a stream of another token may not take it over; this needs admin",
+        "session_id"};
+  };
   const std::lock_guard resizing(resize_mutex_);
   std::unique_lock lock(mutex_);
-  if (closed_) return gone();
+  if (const Status may = may_attach(); !may.ok()) return may;
   const InUse in_use(in_use_, lock);
   const RenderSettings settings = settings_;
   lock.unlock();
@@ -143,8 +166,8 @@ Status Session::attach(const std::shared_ptr<OutboundStream>& stream, const Tile
   auto queue = rendering_->reserve_queue(settings, format);
   lock.lock();
   if (!fits.ok()) return fits.error();
-  // Meanwhile it may have been closed; its size stays while this has resize_mutex_.
-  if (closed_) return gone();
+  // Meanwhile it may have been closed, or have got a listener; its size stays while this has resize_mutex_.
+  if (const Status may = may_attach(); !may.ok()) return may;
   if (const Status kept = rendering_->keep_queue(std::move(queue), settings_, format); !kept.ok()) return kept;
   RenderLoop& loop = rendering_->loop();
   const bool has_samples = loop.progress().trace.paths > 0;
@@ -154,12 +177,14 @@ Status Session::attach(const std::shared_ptr<OutboundStream>& stream, const Tile
   opened.set_revision(loop.revision());
   *opened.mutable_settings() = to_message(settings_);
   *opened.mutable_budget() = to_message(budget_);
-  opened.set_resumed(has_samples);
+  opened.set_resumed(has_samples || restored_);
   opened.set_scene_id(rendering_->scene().id);
+  opened.set_view_id(last_view_id_);
   pb::StreamResponse greeting;
   greeting.set_allocated_opened(owned_message(std::move(opened)));
   stream->queue().limit_rate(budget_.bytes_per_second);
   stream->push(Greeting{greeting.SerializeAsString()});
+  if (!told_.empty()) stream->push(Notice{NoticeSeverity::warning, std::exchange(told_, {})});
 
   stream->queue().drop_before(loop.revision());
   const bool was_over = frame_over();
@@ -168,7 +193,7 @@ Status Session::attach(const std::shared_ptr<OutboundStream>& stream, const Tile
   format_ = format;
   if (before) {
     before->finish({grpc::StatusCode::ABORTED, "another stream took session '" + id_ + "' over"});
-    spdlog::info("session taken over id={}", id_);
+    spdlog::info("session taken over session={}", id_);
   }
   // The film is kept: its newest state is shown at once, and a frame that has not come to its end goes on.
   if (paused_ || channels_ != format.channels) {
@@ -189,7 +214,7 @@ void Session::detach(const OutboundStream* stream) {
   if (!rendering_->publisher().detach(stream)) return;
   idle_since_s_ = now_s();
   rendering_->release_queue();
-  if (!frame_over()) pause();
+  if (!frozen_ && !frame_over()) pause();
 }
 
 void Session::finish_after_frame(const std::shared_ptr<OutboundStream>& stream) {
@@ -208,6 +233,60 @@ void Session::drain(const grpc::Status& status) {
   if (stream) stream->push(Notice{NoticeSeverity::draining, status.error_message()});
   rendering_->loop().cancel();
   rendering_->publisher().finish_cancelled(status, /*tell=*/false);
+}
+
+void Session::freeze(const std::string& notice) {
+  const std::lock_guard lock(mutex_);
+  if (frozen_) return;
+  frozen_ = true;
+  if (const auto stream = rendering_->publisher().stream()) stream->push(Notice{NoticeSeverity::draining, notice});
+  rendering_->publisher().mute();
+  rendering_->loop().cancel();
+}
+
+Session::State Session::state() const {
+  const std::lock_guard lock(mutex_);
+  return {settings_, budget_, view_, rendering_->publisher().stream() != nullptr};
+}
+
+Result<std::shared_ptr<const PictureCheckpoint>> Session::copy_picture(double deadline_s) {
+  std::unique_lock lock(mutex_);
+  const bool any = view_ && (restored_ || rendering_->loop().progress().trace.paths > 0);
+  const RenderSettings settings = settings_;
+  const Budget budget = budget_;
+  lock.unlock();
+  if (!any) return std::shared_ptr<const PictureCheckpoint>();
+  return rendering_->copy_picture(settings, budget, deadline_s);
+}
+
+bool Session::closed() const {
+  const std::lock_guard lock(mutex_);
+  return closed_;
+}
+
+SceneLease Session::lease() const {
+  const std::lock_guard lock(mutex_);
+  return SceneLease(rendering_->scene().shared_from_this());
+}
+
+void Session::end_stream(const grpc::Status& status) {
+  const std::lock_guard lock(mutex_);
+  if (const auto stream = rendering_->publisher().stream()) stream->finish(status);
+}
+
+Status Session::take_up(const View& view, std::shared_ptr<const PictureCheckpoint> picture, std::string told) {
+  const std::lock_guard lock(mutex_);
+  const Status suits = picture ? picture->suits(settings_, view) : ok_status();
+  RenderLoop::Update update;
+  update.view = view;
+  if (suits.ok()) update.resume = std::move(picture);
+  restored_ = update.resume != nullptr;
+  if (rendering_->loop().update(update) == 0) restored_ = false;
+  view_ = view;
+  last_view_id_ = view.id;
+  told_ = std::move(told);
+  pause();
+  return suits;
 }
 
 void Session::close(const grpc::Status& status) {
@@ -242,6 +321,7 @@ pb::SessionInfo Session::info() const {
   info.set_invalid_samples(rendering_->loop().invalid_samples());
   info.set_used_seconds(rendering_->loop().used_seconds());
   info.set_idle_s(idle_s());
+  info.set_owner(owner_);
   return info;
 }
 

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <system_error>
 
 #include "renderer/codec/atomic_file.h"
@@ -130,6 +131,7 @@ class Reader {
 
   std::uint64_t bytes() const { return bytes_; }
   std::uint64_t number() const { return start_.number; }
+  const std::string& header() const { return header_; }  // after read_head()
 
   // After read_head().
   Result<CheckpointFile> read_body() {
@@ -235,8 +237,18 @@ CheckpointFiles::Newest CheckpointFiles::read(const std::string& job_id, std::ui
   return read_before(job_id, ~std::uint64_t(0), max_bytes);
 }
 
+CheckpointFiles::Newest CheckpointFiles::look(const std::string& job_id, std::uint64_t max_bytes) const {
+  return find(job_id, ~std::uint64_t(0), max_bytes, /*note=*/false);
+}
+
 CheckpointFiles::Newest CheckpointFiles::read_before(const std::string& job_id, std::uint64_t number,
                                                      std::uint64_t max_bytes) const {
+  return find(job_id, number, max_bytes, /*note=*/true);
+}
+
+// note: the file that is found is known to be whole from then on.
+CheckpointFiles::Newest CheckpointFiles::find(const std::string& job_id, std::uint64_t number,
+                                              std::uint64_t max_bytes, bool note) const {
   Newest newest;
   if (!fits_a_file_name(job_id)) return newest;
   struct Candidate {
@@ -268,11 +280,40 @@ CheckpointFiles::Newest CheckpointFiles::read_before(const std::string& job_id, 
       continue;
     }
     newest.file = std::move(*body);
+    if (!note) break;
     const std::lock_guard lock(mutex_);
     newest_[job_id] = candidate.slot;
     break;
   }
   return newest;
+}
+
+CheckpointFiles::Newest CheckpointFiles::read_head(const std::string& job_id) const {
+  Newest newest;
+  if (!fits_a_file_name(job_id)) return newest;
+  for (const int slot : {0, 1}) {
+    auto reader = Reader::open(file(job_id, slot));
+    if (!reader && reader.error().code == ErrorCode::not_found) continue;
+    const Status head = reader ? guarded([&] { return reader->read_head(job_id); }) : Status(reader.error());
+    if (!head.ok()) {
+      newest.damaged.push_back(head.error().to_string());
+    } else if (!newest.file || newest.file->number < reader->number()) {
+      newest.file = CheckpointFile{reader->number(), reader->header(), {}};
+    }
+  }
+  return newest;
+}
+
+std::vector<std::string> CheckpointFiles::job_ids() const {
+  std::set<std::string> ids;
+  std::error_code failed;
+  for (fs::directory_iterator entry(folder_, failed), end; !failed && entry != end; entry.increment(failed)) {
+    const std::string name = entry->path().filename().string();
+    const std::size_t dot = name.rfind('.');
+    if (dot == std::string::npos || (name.substr(dot) != kEndings[0] && name.substr(dot) != kEndings[1])) continue;
+    if (fits_a_file_name(name.substr(0, dot))) ids.insert(name.substr(0, dot));
+  }
+  return {ids.begin(), ids.end()};
 }
 
 void CheckpointFiles::remove(const std::string& job_id) {

@@ -1,4 +1,5 @@
-// The newest two checkpoints of every job of a state folder, as files that are whole or not there.
+// The newest two checkpoints of every job of a state folder, as files that are whole or not there. Sessions that a
+// daemon keeps for the next one have such files, too, one each, in a folder of their own.
 //
 // A file: magic, version, number, lengths, job id, the writer's header, a CRC-32 for each MiB of the body, a CRC-32 of
 // all that; then the body. Written to a temporary file, flushed, renamed, folder flushed. The two files of a job,
@@ -41,12 +42,19 @@ class CheckpointFiles {
   };
   // The newest whole one; max_bytes bounds the size of a file that is read.
   Newest read(const std::string& job_id, std::uint64_t max_bytes) const;
+  // The same for whoever looks on while the job's own thread may write.
+  Newest look(const std::string& job_id, std::uint64_t max_bytes) const;
   // The newest whole one whose number is below `number`: for a caller that found the body of that one useless.
   Newest read_before(const std::string& job_id, std::uint64_t number, std::uint64_t max_bytes) const;
+  // The same without the body, which is not looked at: `file` has none.
+  Newest read_head(const std::string& job_id) const;
   void remove(const std::string& job_id);
+  // Of whatever file there is, in alphabetical order.
+  std::vector<std::string> job_ids() const;
 
  private:
   std::string file(const std::string& job_id, int slot) const;
+  Newest find(const std::string& job_id, std::uint64_t below, std::uint64_t max_bytes, bool note) const;
 
   const std::string folder_;
   mutable std::mutex mutex_;

@@ -23,6 +23,25 @@ const char* to_string(JobState state) {
   return "";
 }
 
+const char* to_word(JobState state) {
+  switch (state) {
+    case JobState::queued:
+      return "queued";
+    case JobState::running:
+      return "running";
+    case JobState::paused:
+      return "paused";
+    case JobState::succeeded:
+      return "succeeded";
+    case JobState::failed:
+      return "failed";
+    case JobState::canceled:
+      return "canceled";
+  }
+  HELIO_CHECK(false);
+  return "";
+}
+
 bool is_final(JobState state) {
   return state == JobState::succeeded || state == JobState::failed || state == JobState::canceled;
 }

@@ -19,6 +19,7 @@ inline constexpr std::array kJobStates = {JobState::queued,    JobState::running
 
 // "QUEUED", as the protocol spells it.
 const char* to_string(JobState state);
+const char* to_word(JobState state);  // "queued", as logs and metrics do
 // Nothing follows.
 bool is_final(JobState state);
 // queued -> running, paused, failed, canceled; running -> queued (the daemon stopped), paused, succeeded, failed,

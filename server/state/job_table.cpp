@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <iterator>
 #include <limits>
 #include <mutex>
 
@@ -272,6 +273,13 @@ Result<std::unique_ptr<JobTable>> JobTable::open(const std::string& file, std::v
 
 void JobTable::on_events(std::function<void()> told) {
   state_->writer.on_noteworthy(std::move(told));
+}
+
+// The version of the schema is written again, to its page.
+Status JobTable::probe() {
+  const std::string statement = fmt::format("PRAGMA user_version = {}", std::size(kSteps));
+  return state_->writer.run(
+      [&](CommitGroup::Transaction& transaction) { return transaction.database.run(statement); });
 }
 
 Result<JobTable::Submitted> JobTable::submit(const JobRecord& job, int max_queued, const std::string& by) {
@@ -548,6 +556,15 @@ Result<std::vector<JobEvent>> JobTable::events(const std::string& job_id, std::u
       event.time_s = rows->real(7);
       events.push_back(std::move(event));
     }
+  });
+}
+
+Result<std::uint64_t> JobTable::unfinished_of(const std::string& owner) const {
+  return state_->read([&](SqliteDatabase& database) -> Result<std::uint64_t> {
+    const auto count =
+        database.query_integer("SELECT count(*) FROM jobs WHERE state IN (1, 2, 3) AND owner = ?", {owner});
+    if (!count) return count.error();
+    return std::uint64_t(*count);
   });
 }
 

@@ -114,6 +114,8 @@ class JobTable {
   Result<std::uint64_t> next_seq() const;  // of the event that comes next
   // The owner's job of this token; nothing: none.
   Result<std::optional<JobRecord>> find_token(const std::string& owner, const std::string& client_token) const;
+  // Jobs of this owner that are not at their end.
+  Result<std::uint64_t> unfinished_of(const std::string& owner) const;
   // The queued job that comes next: highest priority, then the oldest; not one of `except`. Nothing: none.
   Result<std::optional<JobRecord>> next_queued(const std::vector<std::string>& except) const;
   // Oldest submission first.
@@ -122,6 +124,9 @@ class JobTable {
   Result<std::vector<std::uint64_t>> counts() const;
   // Forgets jobs that came to their end before this time, with events and results; answers their ids.
   Result<std::vector<std::string>> forget_ended_before(double unix_s);
+
+  // Writes to the disk and changes nothing: whether the table takes changes.
+  Status probe();
 
   // `told` is called after each commit that added events, on the committing thread, without any lock of the table. To
   // be set before the first change.

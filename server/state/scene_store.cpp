@@ -298,7 +298,7 @@ Result<SceneBundle> SceneStore::read_upload(const SceneRecipe& recipe, MemoryAcc
     }
     total += size;
   }
-  auto reserved = memory.reserve_with_room(total, "the scene's upload");
+  auto reserved = memory.reserve_with_room(total, "the scene's upload", MemoryOwner::uploads);
   if (!reserved) return reserved.error();
   bundle.memory = std::move(*reserved);
   for (const auto& [name, digest] : recipe.files) {

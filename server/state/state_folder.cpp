@@ -89,9 +89,14 @@ Result<StateFolder> StateFolder::open(const std::string& directory) {
       ::pwrite(lock.value, process.data(), process.size(), 0) != ssize_t(process.size())) {
     return unusable(path, "cannot be written: " + system_text());
   }
-  for (const char* folder : {"/checkpoints", "/scenes", "/results"}) {
+  for (const char* folder : {"/checkpoints", "/scenes", "/sessions", "/results"}) {
     if (::mkdir((path + folder).c_str(), 0700) == 0 || errno == EEXIST) continue;
     return unusable(path, "cannot be written: " + system_text());
+  }
+  // Of a daemon that was killed while it wrote the file below.
+  for (fs::directory_iterator entry(path, failed), end; !failed && entry != end; entry.increment(failed)) {
+    std::error_code ignored;
+    if (entry->path().filename().string().starts_with("write-test")) fs::remove(entry->path(), ignored);
   }
   const std::string probe = path + "/write-test";
   const std::vector<std::uint8_t> bytes(kProbeBytes, 0x5a);

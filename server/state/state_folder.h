@@ -4,6 +4,7 @@
 //   DIR/jobs.sqlite         JobTable
 //   DIR/checkpoints/        CheckpointFiles
 //   DIR/scenes/             SceneStore
+//   DIR/sessions/           CheckpointFiles, of sessions between two daemons
 //   DIR/results/JOB/        pictures of jobs that name no place of their own
 #pragma once
 
@@ -32,6 +33,7 @@ class StateFolder {
   std::string jobs_file() const { return path_ + "/jobs.sqlite"; }
   std::string checkpoints() const { return path_ + "/checkpoints"; }
   std::string scenes() const { return path_ + "/scenes"; }
+  std::string sessions() const { return path_ + "/sessions"; }
   std::string results() const { return path_ + "/results"; }
 
  private:

@@ -2,7 +2,9 @@
 
 #include <spdlog/spdlog.h>
 
+#include "renderer/base/clock.h"
 #include "server/base/grpc_status.h"
+#include "server/base/log_format.h"
 
 namespace helio {
 
@@ -12,7 +14,10 @@ std::shared_ptr<OutboundStream> FramePublisher::attach(std::shared_ptr<OutboundS
   stream_.swap(stream);
   format_ = format;
   finish_after_.reset();
-  if (in_flight()) stream_->push(*begin_);
+  if (in_flight()) {
+    begin_->changed_s = 0;  // it may have been rendered for whoever listened before
+    stream_->push(*begin_);
+  }
   return stream;
 }
 
@@ -64,6 +69,13 @@ void FramePublisher::finish_cancelled(const grpc::Status& status, bool tell) {
   stream_->finish_when_drained(status);
 }
 
+void FramePublisher::mute() {
+  const std::lock_guard lock(mutex_);
+  over_ = true;
+  begin_.reset();
+  preview_.reset();
+}
+
 std::optional<FrameEnd> FramePublisher::last_end() const {
   const std::lock_guard lock(mutex_);
   return end_;
@@ -80,7 +92,8 @@ void FramePublisher::frame_begun(const FrameBegin& begin) {
   std::optional<FrameBegin>& newest = begin.preview ? preview_ : begin_;
   try {
     newest = begin;
-    if (stream_) stream_->push(begin);
+    if (!counters_) newest->changed_s = 0;
+    if (stream_) stream_->push(*newest);
   } catch (...) {
     // Nothing of this frame can be told any more, not even that it failed; the client can attach again.
     newest.reset();
@@ -96,8 +109,10 @@ void FramePublisher::tile_ready(FrameTile tile) {
   double exposure = 0;
   {
     const std::lock_guard lock(mutex_);
-    const std::optional<FrameBegin>& frame = tile.preview ? preview_ : begin_;
+    std::optional<FrameBegin>& frame = tile.preview ? preview_ : begin_;
     if (!stream_ || !frame || (tiles_ == Tiles::final_only && !tile.final)) return;
+    if (const double changed_s = std::exchange(frame->changed_s, 0); changed_s > 0)
+      (tile.preview ? counters_->first_preview : counters_->first_tile).observe(now_s() - changed_s);
     stream = stream_;
     format = format_;
     width = frame->settings.width;
@@ -111,8 +126,8 @@ void FramePublisher::tile_ready(FrameTile tile) {
   if (!variance) format.channels &= ~unsigned(kResolveVariance);
   auto encoded = encode(tile, width, height, format, exposure);
   if (!encoded) {
-    spdlog::error("tile not sent revision={} x={} y={}: {}", tile.tag.revision, tile.pixels.window.x0,
-                  tile.pixels.window.y0, encoded.error().to_string());
+    spdlog::error("tile not sent revision={} x={} y={} error={}", tile.tag.revision, tile.pixels.window.x0,
+                  tile.pixels.window.y0, logged(encoded.error().to_string()));
     return;
   }
   encoded->variance = variance;

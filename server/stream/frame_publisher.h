@@ -20,8 +20,9 @@ class FramePublisher final : public FrameSink {
   enum class Tiles { all, final_only };
   // Makes the token by which a sample of the frame can be traced again.
   using MakeToken = std::function<std::string(const FrameBegin& frame, const InvalidSample& sample)>;
-  explicit FramePublisher(Tiles tiles = Tiles::all, MakeToken make_token = {})
-      : tiles_(tiles), make_token_(std::move(make_token)) {}
+  // counters: of a session's pictures, which outlive this; null: how old pictures are is not measured.
+  explicit FramePublisher(Tiles tiles = Tiles::all, MakeToken make_token = {}, StreamCounters* counters = nullptr)
+      : tiles_(tiles), make_token_(std::move(make_token)), counters_(counters) {}
 
   // Where frames go from now on; returns the stream that they went to before. When a frame is in flight, the new
   // listener is told of its begin.
@@ -35,6 +36,9 @@ class FramePublisher final : public FrameSink {
   // The loop has been cancelled: the listener's call ends with `status` behind the end of the frame that it knows of.
   // With `tell`, it is told of an end even when no frame had begun, or when more frames were to come.
   void finish_cancelled(const grpc::Status& status, bool tell);
+
+  // The listener is told nothing more of frames; its call goes on.
+  void mute();
 
   // The listener is told now, and all listeners with the end of every frame from now on.
   void tell(const std::string& notice);
@@ -54,18 +58,19 @@ class FramePublisher final : public FrameSink {
 
   const Tiles tiles_;
   const MakeToken make_token_;
+  StreamCounters* const counters_;
 
   mutable std::mutex mutex_;
   std::shared_ptr<OutboundStream> stream_;
   TileFormat format_;
-  // The end of a preview is not that of its view, and ends no call.
+  // The end of a preview is not that of its view, and ends no call. changed_s: until the first tile has come.
   std::optional<FrameBegin> begin_;    // of the newest frame of the film
   std::optional<FrameEnd> end_;        // of the newest frame of the film that has ended
   std::optional<FrameBegin> preview_;  // that is being made
   std::string notice_;                 // tell()
   std::optional<std::uint64_t> finish_after_;
   grpc::Status finish_status_;
-  bool over_ = false;  // no frame after a cancel
+  bool over_ = false;  // no frame after a cancel, or after mute()
 };
 
 }  // namespace helio

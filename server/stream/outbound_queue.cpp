@@ -75,7 +75,7 @@ void OutboundQueue::push(EncodedTile tile) {
   const std::size_t bytes = tile.bytes.size();
   if (const auto place = frame->places.find(corner); place != frame->places.end()) {
     bytes_ -= place->second->bytes.size();
-    ++frame->dropped;
+    note_dropped(*frame, 1);
     *place->second = std::move(tile);
   } else {
     const auto at = frame->tiles.insert(frame->tiles.end(), std::move(tile));
@@ -186,8 +186,10 @@ OutboundQueue::Next OutboundQueue::pop_tile(Frame& frame, double now_s) {
   if (credit_ && *credit_ == 0) return {};
   if (rate_ && now_s < rate_free_s_) return {std::nullopt, rate_free_s_};
   const Corner corner{frame.tiles.front().window.x0, frame.tiles.front().window.y0};
-  int& since_variance = frame.since_variance[corner];  // may throw: then the tile waits on
+  const auto [place, first] = frame.since_variance.try_emplace(corner, 0);  // may throw: then the tile waits on
+  int& since_variance = place->second;
   EncodedTile tile = std::move(frame.tiles.front());
+  tile.changed_s = first ? frame.begin.changed_s : 0;
   since_variance = tile.variance ? 0 : since_variance + 1;
   frame.places.erase(corner);
   frame.tiles.pop_front();
@@ -230,8 +232,13 @@ std::uint64_t OutboundQueue::peak_bytes() const {
   return peak_bytes_;
 }
 
+void OutboundQueue::note_dropped(Frame& frame, std::size_t tiles) {
+  frame.dropped += tiles;
+  if (counters_) counters_->superseded_tiles.add(tiles);
+}
+
 void OutboundQueue::drop_tiles(Frame& frame) {
-  frame.dropped += frame.tiles.size();
+  note_dropped(frame, frame.tiles.size());
   for (const EncodedTile& tile : frame.tiles) bytes_ -= tile.bytes.size();
   frame.tiles.clear();
   frame.places.clear();

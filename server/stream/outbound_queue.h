@@ -24,6 +24,7 @@
 #include <vector>
 
 #include "renderer/frame/frame_sink.h"
+#include "server/metrics/daemon_counters.h"
 
 namespace helio {
 
@@ -39,6 +40,8 @@ struct EncodedTile {
   bool jpeg = false;  // `bytes` are a JPEG file, else an EXR file
   std::vector<std::uint8_t> bytes;
   std::uint32_t crc32 = 0;  // of bytes
+  // Of what pop() gives: FrameBegin::changed_s, if this is the first tile of its place in a frame; else 0.
+  double changed_s = 0;
 };
 
 struct FrameReport {
@@ -65,6 +68,9 @@ using Outbound = std::variant<Greeting, Notice, FrameBegin, FrameProgress, Encod
 class OutboundQueue {
  public:
   using Corner = std::pair<int, int>;  // top left of a tile's window
+
+  // counters: null: nothing is counted. They outlive it.
+  explicit OutboundQueue(StreamCounters* counters = nullptr) : counters_(counters) {}
 
   void push(Greeting greeting);
   void push(Notice notice);  // the newest of a severity replaces an older one that still waits
@@ -122,6 +128,7 @@ class OutboundQueue {
   };
 
   void drop_tiles(Frame& frame);
+  void note_dropped(Frame& frame, std::size_t tiles);
   void retire_frame();
   void push_preview(Frame preview);
   // Previews whose makers have begun something else will not be told to have ended, as where memory was out.
@@ -131,6 +138,7 @@ class OutboundQueue {
   Next pop(Frame& frame, double now_s);
   Next pop_tile(Frame& frame, double now_s);
 
+  StreamCounters* const counters_;
   mutable std::mutex mutex_;
   std::optional<Greeting> greeting_;
   std::map<NoticeSeverity, Notice> notices_;

@@ -1,5 +1,7 @@
 #include "server/stream/outbound_stream.h"
 
+#include <variant>
+
 #include "renderer/base/clock.h"
 #include "server/base/grpc_status.h"
 
@@ -30,8 +32,11 @@ void OutboundStream::set_end(const grpc::Status& status) noexcept {
 
 void OutboundStream::send_next() {
   while (!writing_ && !finished_) {
-    OutboundQueue::Next next = queue_.pop(now_s());
+    const double now = now_s();
+    OutboundQueue::Next next = queue_.pop(now);
     if (next.message) {
+      is_tile_ = std::holds_alternative<EncodedTile>(*next.message);
+      note_age(*next.message, now);
       message_ = encoder_(std::move(*next.message));
       if (!message_.Valid()) continue;
       writing_ = true;
@@ -46,6 +51,12 @@ void OutboundStream::send_next() {
     if (next.wait_until_s > 0) wake_at(next.wait_until_s);
     return;
   }
+}
+
+void OutboundStream::note_age(const Outbound& message, double now) {
+  const auto* tile = std::get_if<EncodedTile>(&message);
+  if (!counters_ || !tile || tile->changed_s == 0) return;
+  (tile->preview ? counters_->preview_age : counters_->picture_age).observe(now - tile->changed_s);
 }
 
 void OutboundStream::wake_at(double at_s) {
@@ -77,6 +88,10 @@ bool OutboundStream::finished() const {
 void OutboundStream::write_done(bool ok) {
   const std::lock_guard lock(mutex_);
   writing_ = false;
+  if (ok && counters_) {
+    counters_->bytes.add(message_.Length());
+    if (is_tile_) counters_->tiles.add();
+  }
   message_.Clear();
   if (!ok) {
     set_end({grpc::StatusCode::CANCELLED, "client is gone"});

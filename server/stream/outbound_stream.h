@@ -32,8 +32,9 @@ class OutboundStream : public std::enable_shared_from_this<OutboundStream> {
   // An empty (invalid) buffer: this message is not sent.
   using Encoder = std::function<grpc::ByteBuffer(Outbound)>;
 
-  OutboundStream(Call& call, Encoder encoder, TimerQueue& timers)
-      : call_(&call), encoder_(std::move(encoder)), timers_(timers) {}
+  // counters: null: nothing is counted. They outlive it.
+  OutboundStream(Call& call, Encoder encoder, TimerQueue& timers, StreamCounters* counters = nullptr)
+      : call_(&call), encoder_(std::move(encoder)), timers_(timers), counters_(counters), queue_(counters) {}
 
   OutboundQueue& queue() { return queue_; }
   const OutboundQueue& queue() const { return queue_; }
@@ -62,16 +63,19 @@ class OutboundStream : public std::enable_shared_from_this<OutboundStream> {
   void send_next();
   void set_end(const grpc::Status& status) noexcept;  // the first one counts
   void wake_at(double at_s);
+  void note_age(const Outbound& message, double now);
 
   Call* const call_;
   const Encoder encoder_;
   TimerQueue& timers_;
+  StreamCounters* const counters_;
   OutboundQueue queue_;
 
   mutable std::mutex mutex_;
   bool writing_ = false, finished_ = false;
   std::optional<grpc::Status> end_;
   grpc::ByteBuffer message_;  // in flight
+  bool is_tile_ = false;      // it is
   double wake_at_s_ = 0;
 };
 

@@ -25,10 +25,11 @@ namespace helio {
 class BridgedCalls {
  public:
   explicit BridgedCalls(boost::asio::io_context& thread) : thread_(thread) {}
-  void set_channel(std::shared_ptr<grpc::Channel> channel) { channel_ = std::move(channel); }  // before any call
+  // Before any call, on the thread.
+  void set_channel(std::shared_ptr<grpc::Channel> channel) { channel_ = std::move(channel); }
   boost::asio::io_context& thread() { return thread_; }
   const std::shared_ptr<grpc::Channel>& channel() const { return channel_; }
-  void begun();
+  void begun();  // also for other work of the daemon that hands its outcome to the thread
   void over();
   void wait_until_empty();
 

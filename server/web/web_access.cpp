@@ -37,6 +37,13 @@ bool WebAccess::allows_host(std::string_view host) const {
          std::any_of(hosts_.begin(), hosts_.end(), [&](const std::string& known) { return same_name(name, known); });
 }
 
+WebAccess::Verdict WebAccess::judge_scraper(const Scraper& scraper, const AccessTokens& tokens) const {
+  const bool names_token = !tokens.empty() && !scraper.authorization.empty();
+  if (names_token) return tokens.allow_header(scraper.authorization) ? Verdict::allowed : Verdict::unknown_token;
+  if (scraper.local) return allows_host(scraper.host) ? Verdict::allowed : Verdict::unknown_host;
+  return tokens.empty() ? Verdict::not_local : Verdict::unknown_token;
+}
+
 bool WebAccess::allows_origin(std::string_view origin, std::string_view host) {
   for (const std::string_view scheme : {"http://", "https://"}) {
     if (origin.starts_with(scheme)) return same_name(origin.substr(scheme.size()), host);

@@ -16,6 +16,7 @@
 #include "server/base/listen_address.h"
 #include "server/web/http_connection.h"
 #include "server/web/web_socket.h"
+#include "server/web/web_tls.h"
 
 namespace helio {
 namespace {
@@ -46,13 +47,15 @@ class WebServer::Impl {
   Impl(const Options& options, const ListenAddress& listen)
       : max_connections_(options.max_connections),
         access_(names(options, listen)),
-        tokens_(options.tokens),
+        tokens_(options.tokens ? *options.tokens : everyone_),
+        tls_(options.certificates),
         calls_(io_),
         site_{files_,
               access_,
               tokens_,
               calls_,
               std::chrono::milliseconds(std::int64_t(options.patience_s * 1000)),
+              {},
               {},
               stopping_,
               [this](const std::weak_ptr<WebSocket>& socket) { add(socket); }},
@@ -104,14 +107,18 @@ class WebServer::Impl {
     return ok_status();
   }
 
-  void serve(std::shared_ptr<grpc::Channel> channel, std::function<bool()> ready) {
-    calls_.set_channel(std::move(channel));
-    site_.ready = std::move(ready);
+  void serve(Sources sources) {
+    site_.unready = std::move(sources.unready);
+    site_.metrics = std::move(sources.metrics);
     accept();
     thread_ = std::thread([this] {
       pthread_setname_np(pthread_self(), "http");
       run();
     });
+  }
+
+  void open(std::shared_ptr<grpc::Channel> channel) {
+    asio::post(io_, [this, channel = std::move(channel)] { calls_.set_channel(channel); });
   }
 
   const std::string& address() const { return address_; }
@@ -140,12 +147,14 @@ class WebServer::Impl {
         return;
       }
       boost::system::error_code ignored;
+      auto context = tls_.context();
       if (connections_.use_count() > max_connections_) {
         socket.non_blocking(true, ignored);
-        socket.write_some(asio::buffer(kFull.data(), kFull.size()), ignored);
+        if (!context) socket.write_some(asio::buffer(kFull.data(), kFull.size()), ignored);
       } else {
         socket.set_option(tcp::no_delay(true), ignored);
-        std::make_shared<HttpConnection>(std::move(socket), site_, connections_)->read();
+        WebStream stream(std::move(socket), std::move(context));
+        std::make_shared<HttpConnection>(std::move(stream), site_, connections_)->begin();
       }
       accept();
     });
@@ -168,7 +177,9 @@ class WebServer::Impl {
   const int max_connections_;
   const PageFiles files_;
   const WebAccess access_;
-  const AccessTokens tokens_;
+  const AccessControl everyone_;
+  const AccessControl& tokens_;
+  WebTls tls_;
   const std::shared_ptr<void> connections_ = std::make_shared<int>(0);  // counts them
   bool stopping_ = false;                                               // of the thread
   asio::io_context io_{1};
@@ -184,9 +195,12 @@ class WebServer::Impl {
 Result<std::unique_ptr<WebServer>> WebServer::listen(const Options& options) {
   const auto listen = parse_listen_address(options.listen);
   if (!listen) return Error{ErrorCode::invalid_argument, listen.error().message, "http"};
-  if (!listen->loopback && options.tokens.empty()) {
+  const bool tokens = options.tokens && !options.tokens->empty();
+  if (!listen->loopback && !tokens && !(options.certificates && options.certificates->asks_callers())) {
     return Error{ErrorCode::invalid_argument,
-                 "'" + options.listen + "' without --token-file; allowed: an address of loopback, or any with tokens",
+                 "'" + options.listen +
+                     "' without --token-file and --tls-client-ca; allowed: an address of loopback, or any with one of "
+                     "them",
                  "http"};
   }
   auto impl = std::make_unique<Impl>(options, *listen);
@@ -197,8 +211,12 @@ Result<std::unique_ptr<WebServer>> WebServer::listen(const Options& options) {
 WebServer::WebServer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 WebServer::~WebServer() = default;
 
-void WebServer::serve(std::shared_ptr<grpc::Channel> channel, std::function<bool()> ready) {
-  impl_->serve(std::move(channel), std::move(ready));
+void WebServer::serve(Sources sources) {
+  impl_->serve(std::move(sources));
+}
+
+void WebServer::open(std::shared_ptr<grpc::Channel> channel) {
+  impl_->open(std::move(channel));
 }
 
 const std::string& WebServer::address() const {

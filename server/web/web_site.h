@@ -4,8 +4,9 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <string>
 
-#include "server/base/access_tokens.h"
+#include "server/base/access_control.h"
 #include "server/web/bridged_call.h"
 #include "server/web/page_files.h"
 #include "server/web/web_access.h"
@@ -18,10 +19,11 @@ class WebSocket;
 struct WebSite {
   const PageFiles& files;
   const WebAccess& access;
-  const AccessTokens& tokens;
+  const AccessControl& tokens;
   BridgedCalls& calls;
   const std::chrono::milliseconds patience;
-  std::function<bool()> ready;  // new work is taken
+  std::function<std::string()> unready;                            // as WebServer::Sources
+  std::function<bool(std::function<void(std::string)>)> metrics;
   const bool& stopping;         // no WebSocket may be opened any more
   std::function<void(const std::weak_ptr<WebSocket>&)> opened;
 };

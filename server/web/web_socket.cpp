@@ -46,7 +46,7 @@ websocket::close_reason make_reason(std::uint16_t code, std::string_view why) {
 
 }  // namespace
 
-WebSocket::WebSocket(beast::tcp_stream stream, const WebSite& site, std::shared_ptr<void> gone)
+WebSocket::WebSocket(WebStream stream, const WebSite& site, std::shared_ptr<void> gone)
     : socket_(std::move(stream)),
       site_(site),
       gone_(std::move(gone)),
@@ -80,7 +80,7 @@ void WebSocket::accept(Upgrade request) {
 
 void WebSocket::close(std::uint16_t code, std::string_view why) {
   if (closed_) return;
-  spdlog::debug("page closed code={} {}", code, why);
+  spdlog::debug("page closed: {} code={}", why, code);
   auto left = leaving_ ? std::move(leaving_->left) : nullptr;
   drop();
   socket_.async_close(make_reason(code, why),
@@ -177,7 +177,7 @@ void WebSocket::greet(const Envelope& envelope) {
     return close(4400, "the page speaks envelope " + std::to_string(hello.envelope()) + ", this daemon " +
                            std::to_string(kEnvelopeVersion) + "; load the page again");
   }
-  if (!site_.tokens.allow(hello.token())) return close(4401, "the token is not one of the daemon's");
+  if (!site_.tokens.find(hello.token())) return close(4401, "the token is not one of the daemon's");
   authorization_ = site_.tokens.empty() ? std::string() : to_authorization(hello.token());
   greeted_ = true;
   hello_due_.cancel();

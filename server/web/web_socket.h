@@ -3,7 +3,6 @@
 
 #include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/core/tcp_stream.hpp>
 #include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/message.hpp>
 #include <boost/beast/websocket/stream.hpp>
@@ -19,6 +18,7 @@
 #include "server/web/bridged_call.h"
 #include "server/web/send_rate.h"
 #include "server/web/web_site.h"
+#include "server/web/web_stream.h"
 
 namespace helio {
 
@@ -29,7 +29,7 @@ class WebSocket final : public BridgedCall::Owner, public std::enable_shared_fro
   using Upgrade = boost::beast::http::request<boost::beast::http::empty_body>;
 
   // `gone` is kept until the socket is closed.
-  WebSocket(boost::beast::tcp_stream stream, const WebSite& site, std::shared_ptr<void> gone);
+  WebSocket(WebStream stream, const WebSite& site, std::shared_ptr<void> gone);
 
   void accept(Upgrade request);  // which must outlive nothing: it is kept until the handshake is over
   // The page is told why; calls are cancelled.
@@ -62,7 +62,7 @@ class WebSocket final : public BridgedCall::Owner, public std::enable_shared_fro
   void drop();
   void leave_when_done();
 
-  boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
+  boost::beast::websocket::stream<WebStream> socket_;
   const WebSite& site_;
   const std::shared_ptr<void> gone_;
   boost::asio::steady_timer hello_due_;

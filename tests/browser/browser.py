@@ -41,9 +41,11 @@ def eventually(condition, seconds=30, what="the condition"):
 
 
 class Daemon:
-    """heliographd with a page. `port` 0: any free one."""
+    """heliographd with a page, and without a state folder unless arguments name one. `port` 0: any free one."""
 
     def __init__(self, program, scenes, port=0, arguments=()):
+        if "--state" not in arguments:
+            arguments = ("--state", "none", *arguments)
         self.process = subprocess.Popen(
             [program, "--json", "--listen", "127.0.0.1:0", "--http", f"127.0.0.1:{port}", "--scene-root", str(scenes),
              "--log-level", "warn", *arguments], stdout=subprocess.PIPE, text=True)

@@ -88,6 +88,31 @@ class RecoveryTest(ViewerCase):
             self.page.wait_for_end()
             self.assertNotIn("stopped", self.page.run("return document.getElementById('status-text').textContent"))
 
+    def test_a_picture_goes_on_through_a_restart(self):
+        """A daemon with a state folder that is stopped and started again at its port: the same session, and samples."""
+        self.expected_errors = ("WebSocket connection", "ERR_CONNECTION_REFUSED")
+        with tempfile.TemporaryDirectory() as state:
+            arguments = ("--state", state)
+            own = browser.Daemon(self.options.daemon, SCENES, arguments=arguments)
+            self.addCleanup(lambda: own.stop())
+            self.hosts = {own.http}
+            self.page.open(address(own, **{**FIXED, "samples": 1000000}))
+            self.page.wait("globalThis.heliograph?.state()?.progress?.samples_per_pixel >= 64")
+            session = self.page.state()["session"]
+            self.page.run("""globalThis.states = new Set();
+                new MutationObserver(() => states.add(document.getElementById('connection').textContent))
+                  .observe(document.getElementById('connection'), { childList: true });""")
+            own.stop()
+            self.page.wait("states.has('reconnecting')")
+            before = self.page.state()["progress"]["samples_per_pixel"]
+            own = browser.Daemon(self.options.daemon, SCENES, own.port, arguments=arguments)
+            self.page.wait("heliograph.state().connection === 'open' && heliograph.state().attached")
+            lowest = self.page.wait("heliograph.state().progress?.samples_per_pixel")
+            self.page.wait("document.getElementById('banner').hidden")
+            self.assertEqual(self.page.state()["session"], session)
+            self.assertGreaterEqual(lowest, before)
+            self.page.wait(f"heliograph.state().progress.samples_per_pixel > {lowest}")
+
     def test_a_full_daemon_leaves_a_sentence(self):
         self.expected_errors = ("503", "Failed to load")
         full = browser.Daemon(self.options.daemon, SCENES, arguments=("--max-http-connections", "2"))

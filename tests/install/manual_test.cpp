@@ -108,8 +108,10 @@ TEST_F(Manual, TheExampleConfigurationIsRead) {
   std::string example = run_program(HELIO_DAEMON, {"--example-config"}, folder_.path()).out;
   EXPECT_EQ(example, example_config());
   example = std::regex_replace(example, std::regex("\n#([a-z])"), "\n$1");
-  example = std::regex_replace(
-      example, std::regex("\n(scene-root|output-root|port-file|oidn-library|token-file|http-host) =(?=\n)"), "\n$1 = there");
+  static const std::regex kFiles(
+      "\n(scene-root|output-root|port-file|oidn-library|token-file|http-host|tls-certificate|tls-key|tls-client-ca) "
+      "=(?=\n)");
+  example = std::regex_replace(example, kFiles, "\n$1 = there");
   example = std::regex_replace(example, std::regex("\nhttp =(?=\n)"), "\nhttp = 127.0.0.1:0");
   write_file(folder_ / "example.conf", example);
   const auto request = parse_server_config("heliographd", {"--config", folder_ / "example.conf"});
@@ -117,7 +119,8 @@ TEST_F(Manual, TheExampleConfigurationIsRead) {
   EXPECT_EQ(request->config.listen, "127.0.0.1:50051");
   for (const ConfigOption& option : config_options()) {
     EXPECT_NE(example.find("\n" + option.name + " = "), std::string::npos) << option.name;
-    static const std::set<std::string> kSet{"listen", "http", "port-file", "oidn-library", "token-file"};
+    static const std::set<std::string> kSet{"listen",          "http",    "port-file",    "oidn-library", "token-file",
+                                            "tls-certificate", "tls-key", "tls-client-ca"};
     if (kSet.contains(option.name)) continue;
     EXPECT_EQ(option.get(request->config), option.get(daemon_defaults())) << option.name;
   }

@@ -9,6 +9,7 @@ import signal
 import socket
 import subprocess
 
+import grpc
 import numpy as np
 import pytest
 from conftest import BOX, eventually
@@ -184,6 +185,84 @@ def test_output(scene, out, tmp_path):
     (out / "box.exr").unlink()
     with pytest.raises(hg.NotFound):
         job.fetch()
+
+
+def test_a_picture_without_its_file(scene, endless):
+    job = scene.enqueue(size=(200, 150), until=hg.Samples(4), seed=7, channels="depth", pixel_type="float")
+    job.wait(LONG)
+    whole, picture = job.fetch(), job.picture(channels="depth")
+    assert picture.size == (200, 150) and picture.stats.samples == 4 and picture.stats.ended_by == "samples"
+    assert all(np.array_equal(picture[name], whole[name]) for name in whole)
+    part = job.picture(window=(100, 20, 140, 50))
+    assert part.window == (100, 20, 140, 50) and part.frame == (200, 150) and "Z" not in part.channels
+    assert np.array_equal(part.rgb, whole.rgb[20:50, 100:140])
+    for wrong in ((0, 0, 0, 5), (0, 0, 201, 5), (0, 0), "all"):
+        with pytest.raises(hg.InvalidArgument, match="window"):
+            job.picture(window=wrong)
+
+    running = endless()
+    eventually(lambda: running.info().checkpoint)
+    picture = running.picture()
+    assert picture.size == (256, 256) and picture.stats.samples > 0 and picture.stats.ended_by == ""
+    running.pause()
+    paused = until(running, "paused")
+    assert paused.stats.samples >= picture.stats.samples and paused.checkpoint
+    assert running.picture().stats.samples == paused.stats.samples
+
+
+class Interrupted:
+    """A connection whose first calls with a stream of answers break on the way."""
+
+    def __init__(self, connection, breaks):
+        self._connection, self.breaks = connection, breaks
+
+    def __getattr__(self, name):
+        return getattr(self._connection, name)
+
+    def open(self, *arguments):
+        call = self._connection.open(*arguments)
+        if not self.breaks:
+            return call
+        self.breaks -= 1
+        return Broken(call)
+
+
+class Broken:
+    def __init__(self, call):
+        self._call = call
+
+    def __iter__(self):
+        yield next(iter(self._call))
+        self._call.cancel()
+        raise LostConnection()
+
+    def cancel(self):
+        self._call.cancel()
+
+
+class LostConnection(grpc.RpcError):
+    def code(self):
+        return grpc.StatusCode.UNAVAILABLE
+
+    def details(self):
+        return "Socket closed"
+
+    def trailing_metadata(self):
+        return ()
+
+
+def test_a_fetch_begins_anew_after_a_lost_connection(keeper, scene, tmp_path):
+    job = scene.enqueue(size=SIZE, until=hg.Samples(2), seed=7)
+    job.wait(LONG)
+    whole = job.fetch()
+    job._connection = Interrupted(job._connection, 2)
+    assert np.array_equal(job.fetch().rgb, whole.rgb) and job._connection.breaks == 0
+    job._connection.breaks = 1
+    assert np.array_equal(hg.Image.load(job.fetch_to(tmp_path / "a.exr")).rgb, whole.rgb)
+    assert [file.name for file in tmp_path.iterdir()] == ["a.exr"]
+    job._connection.breaks = 1
+    with pytest.raises(hg.Unavailable):
+        job.fetch(patience=0)
 
 
 def test_refused_at_once(keeper, scene):

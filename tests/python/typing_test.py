@@ -21,6 +21,8 @@ import heliograph as hg
 import heliograph.aio as ahg
 
 c = hg.connect("127.0.0.1:1")
+hg.connect("127.0.0.1:1", tls=True, ca="ca.pem", certificate="a.pem", key="a.key", tls_name="a.example")
+hg.connect("127.0.0.1:1", tls="ca.pem")  # error: Argument "tls" to "connect" has incompatible type "str"; expected
 scene = c.load("box.gltf")
 image = scene.render(until=hg.Samples(1), size=(64, 48), mode="adaptive", channels=("depth", "normal"))
 reveal_type(image)  # note: Revealed type is "heliograph.image.Image"
@@ -52,7 +54,7 @@ with scene.session(adaptive={"min_samples": 8}) as s:
     reveal_type(s.show_in_tev())  # note: Revealed type is "heliograph.live_tev.LiveTev"
 
 async def work() -> None:
-    async with await ahg.connect("127.0.0.1:1") as a:
+    async with await ahg.connect("127.0.0.1:1", ca="ca.pem") as a:
         picture = await (await a.load("box.gltf")).render(until=ahg.Seconds(1))
         reveal_type(picture)  # note: Revealed type is "heliograph.image.Image"
         job = await a.enqueue("box.gltf", until=ahg.Samples(1))

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "client/comparison_record.h"
+#include "client/comparison/comparison_record.h"
 #include "client/enum_names.h"
 #include "renderer/base/number_range.h"
 

@@ -33,7 +33,7 @@ constexpr std::uint32_t kPreviewQuality = 90;  // JPEG
 struct MoveOptions {
   SceneOptions scene;
   TextOption path, turn, orbit, pivot, shift, steps, step;
-  TextOption play, preview_rate, preview_budget, preview_jpeg;
+  TextOption play, preview_rate, preview_budget, preview_jpeg, reconnect;
   SettingsOptions settings;
   BudgetOptions budget;
   FileOptions files;
@@ -144,20 +144,6 @@ std::optional<double> read_play(const MoveOptions& options, OptionReader& reader
   return play;
 }
 
-PathScale read_scale(const MoveOptions& options, OptionReader& reader) {
-  PathScale scale;
-  scale.step = reader.number(options.step, {-360, 360});
-  if (const auto steps = reader.integer(options.steps, 1, 100000)) scale.steps = static_cast<int>(*steps);
-  if (!is_path_by_name(options.path)) {
-    if (options.step.given()) reader.problem(options.step, "is only valid with a --path by name");
-    return scale;
-  }
-  // With any distance: what is wrong with the scale is told before the scene is loaded.
-  const auto path = named_path(options.path.text, 1, scale);
-  if (!path) reader.problem(options.path, path.error().to_string());
-  return scale;
-}
-
 CameraMotion read_motion(const MoveOptions& options, const PathScale& scale, OptionReader& reader) {
   CameraMotion motion;
   motion.turn_degrees = reader.number(options.turn, {-360000, 360000}).value_or(0);
@@ -248,7 +234,7 @@ struct RealTime {
   const pb::TileFormat& format;
   const std::vector<PathView>& views;
   const FileNames& patterns;
-  double rate, time_s;
+  double rate, time_s, patience_s;
   TevBridge* tev;
 };
 
@@ -259,6 +245,7 @@ Status play_and_keep(RenderClient& client, const pb::CreateSessionResponse& sess
   RealTimePlay play;
   play.rate = what.rate;
   play.time_s = what.time_s;
+  play.patience_s = what.patience_s;
   play.pixels = std::int64_t(settings.width()) * settings.height();
   if (settings.has_region()) {
     const pb::Rect& region = settings.region();
@@ -296,7 +283,7 @@ int run(const CLI::App& app, const MoveOptions& options) {
   Problems& problems = context.problems;
   OptionReader& reader = context.reader;
   const SceneChoice choice = read_scene(options.scene, options.common.connection, reader);
-  const PathScale scale = read_scale(options, reader);
+  const PathScale scale = read_path_scale(options.path, options.steps, options.step, reader);
   const CameraMotion motion = read_motion(options, scale, reader);
   const std::string path_text = read_path_file(options.path, reader);
   const auto pivot = reader.vector(options.pivot);
@@ -316,6 +303,7 @@ int run(const CLI::App& app, const MoveOptions& options) {
   if (far && request.settings().preview_rate() > 0) format.set_preview_jpeg(kPreviewQuality);
   if (const auto quality = reader.integer(options.preview_jpeg, 1, 100))
     format.set_preview_jpeg(static_cast<std::uint32_t>(*quality));
+  const double patience_s = reader.number(options.reconnect, {0, 3600}).value_or(ReattachOptions().patience_s);
   const auto tev_address = read_tev(options.tev, reader);
   OutputCheck outputs;
   outputs.add_inputs(choice);
@@ -366,10 +354,10 @@ int run(const CLI::App& app, const MoveOptions& options) {
   const double begun = now_s();
   Status played = ok_status();
   if (play_rate) {
-    const RealTime what{format, *views, patterns, *play_rate, choice.time_s, tev.get()};
+    const RealTime what{format, *views, patterns, *play_rate, choice.time_s, patience_s, tev.get()};
     played = play_and_keep(client, *session, what, interrupt, terminal, json, frames);
   } else {
-    MovePlayer player(client, session->session_id(), format, request.budget(), terminal, tev.get());
+    MovePlayer player(client, session->session_id(), format, request.budget(), patience_s, terminal, tev.get());
     {
       std::lock_guard lock(player_mutex);
       playing = &player;
@@ -409,6 +397,8 @@ Command add_move(CLI::App& root) {
   add_transport_options(*app, options->transport);
   add_denoiser_options(*app, options->denoiser);
   add_tev_option(*app, options->tev);
+  add_text(*app, options->reconnect, "--reconnect", "SECONDS",
+           "Ask a daemon that restarts (heliographd --state) for the session for so long, [0, 3600]. Default: 60");
   add_common_options(*app, options->common, "One JSON object on stdout, described below");
   return {app, [app, options] { return run(*app, *options); }};
 }

@@ -10,13 +10,24 @@ namespace helio::cli {
 
 namespace pb = heliograph::v1;
 
+ReattachOptions reattach_options(double patience_s, Terminal& terminal) {
+  ReattachOptions options;
+  options.patience_s = patience_s;
+  options.lost = [&terminal, patience_s](const Status& why) {
+    terminal.end_progress();
+    terminal.warn(fmt::format("{}: reconnecting, for {:g} s at most", why.error().to_string(), patience_s));
+  };
+  options.back = [&terminal] { terminal.say("notice: connected again; the session goes on"); };
+  return options;
+}
+
 MovePlayer::MovePlayer(RenderClient& client, const std::string& session_id, const pb::TileFormat& format,
-                       const pb::Budget& budget, Terminal& terminal, TevBridge* tev)
+                       const pb::Budget& budget, double patience_s, Terminal& terminal, TevBridge* tev)
     : terminal_(terminal), tev_(tev), default_budget_(budget), budget_(budget) {
   pb::StreamRequest::Open open;
   open.set_session_id(session_id);
   *open.mutable_format() = format;
-  stream_ = client.stream_frames(open, callbacks());
+  stream_ = std::make_unique<SessionStream>(client, open, callbacks(), reattach_options(patience_s, terminal));
 }
 
 MovePlayer::~MovePlayer() {

@@ -11,7 +11,7 @@
 #include "client/camera_path.h"
 #include "client/cli/terminal.h"
 #include "client/frame_assembler.h"
-#include "client/render_client.h"
+#include "client/session_stream.h"
 #include "client/tev/tev_bridge.h"
 
 namespace helio::cli {
@@ -24,11 +24,15 @@ struct PlayedView {
   double first_tile_seconds = 0;                // from sending the view to its first tile here; 0: none came
 };
 
+// What the terminal tells of a daemon that restarts.
+ReattachOptions reattach_options(double patience_s, Terminal& terminal);
+
 class MovePlayer {
  public:
   // Opens the stream of a session that exists. `tev` is shown the film; null: nothing is.
+  // patience_s: as ReattachOptions.
   MovePlayer(RenderClient& client, const std::string& session_id, const heliograph::v1::TileFormat& format,
-             const heliograph::v1::Budget& budget, Terminal& terminal, TevBridge* tev);
+             const heliograph::v1::Budget& budget, double patience_s, Terminal& terminal, TevBridge* tev);
   ~MovePlayer();
 
   // Sends the view and its budget. The view before must have been awaited.
@@ -61,7 +65,7 @@ class MovePlayer {
   bool done_ = true;
   std::optional<Error> failure_;
 
-  std::unique_ptr<FrameStream> stream_;  // last: its callbacks use what is above
+  std::unique_ptr<SessionStream> stream_;  // last: its callbacks use what is above
 };
 
 }  // namespace helio::cli

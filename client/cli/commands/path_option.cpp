@@ -52,6 +52,21 @@ std::string read_path_file(const TextOption& option, OptionReader& reader) {
   return text;
 }
 
+PathScale read_path_scale(const TextOption& path_option, const TextOption& steps_option, const TextOption& step_option,
+                          OptionReader& reader) {
+  PathScale scale;
+  scale.step = reader.number(step_option, {-360, 360});
+  if (const auto steps = reader.integer(steps_option, 1, 100000)) scale.steps = static_cast<int>(*steps);
+  if (!is_path_by_name(path_option)) {
+    if (step_option.given()) reader.problem(step_option, "is only valid with a --path by name");
+    return scale;
+  }
+  // With any distance: what is wrong with the scale is told before the scene is loaded.
+  const auto path = named_path(path_option.text, 1, scale);
+  if (!path) reader.problem(path_option, path.error().to_string());
+  return scale;
+}
+
 V3d centre_of(const pb::SceneInfo& scene) {
   const pb::Vec3 &low = scene.bounds_min(), &high = scene.bounds_max();
   return (V3d(low.x(), low.y(), low.z()) + V3d(high.x(), high.y(), high.z())) * 0.5;

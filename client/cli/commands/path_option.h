@@ -21,6 +21,10 @@ void add_path_input(const TextOption& option, OutputCheck& outputs);
 // The text of the path's file; empty where there is none, or a problem was told.
 std::string read_path_file(const TextOption& option, OptionReader& reader);
 
+// --steps and --step of a path by name; problems of the scale are told before a scene is loaded.
+PathScale read_path_scale(const TextOption& path, const TextOption& steps, const TextOption& step,
+                          OptionReader& reader);
+
 // The centre of the scene's bounds: the default centre of orbits.
 V3d centre_of(const heliograph::v1::SceneInfo& scene);
 // The views of the path that the option, which is given, names. `text`: of read_path_file(). `scale`: of a path by

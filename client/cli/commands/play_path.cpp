@@ -105,7 +105,7 @@ class PathPlayer {
     pb::StreamRequest::Open open;
     open.set_session_id(session_id);
     *open.mutable_format() = format;
-    stream_ = client.stream_frames(open, callbacks());
+    stream_ = std::make_unique<SessionStream>(client, open, callbacks(), reattach_options(play.patience_s, terminal));
   }
   ~PathPlayer() { stream_.reset(); }
   PathPlayer(const PathPlayer&) = delete;
@@ -221,7 +221,7 @@ class PathPlayer {
   bool ended_ = false;  // its film
   std::vector<std::string> notices_;
   std::optional<Error> failure_;
-  std::unique_ptr<FrameStream> stream_;  // last: its callbacks use what is above
+  std::unique_ptr<SessionStream> stream_;  // last: its callbacks use what is above
 };
 
 Status play_views(PathPlayer& player, const std::vector<PathView>& views, const RealTimePlay& play,

@@ -21,6 +21,7 @@ struct RealTimePlay {
   double rest_s = 2;        // at the first view, before the others leave
   double time_s = 0;        // of the views
   std::int64_t pixels = 0;  // of a whole picture
+  double patience_s = 60;  // ReattachOptions
 };
 
 // Which pictures were shown, and when, on the now_s() clock. The first view that was sent is the one that rests.

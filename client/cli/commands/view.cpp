@@ -186,8 +186,8 @@ int run(const CLI::App& app, const ViewOptions& options) {
 
   const std::string& scene_id = loaded.scene->response.scene().scene_id();
   // Behind the #: neither logs nor other pages see it.
-  std::string url =
-      fmt::format("http://{}/#id={}", page_host(info->http_address(), context.connection.address), scene_id);
+  std::string url = fmt::format("{}://{}/#id={}", info->http_tls() ? "https" : "http",
+                                page_host(info->http_address(), context.connection.address), scene_id);
   if (const std::string path = page_path(choice, here); !path.empty()) url += "&scene=" + percent_encode(path);
   if (!client.token().empty()) url += "&token=" + client.token();
   terminal.say(url);

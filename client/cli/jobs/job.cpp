@@ -4,15 +4,17 @@
 #include <algorithm>
 #include <memory>
 #include <optional>
+#include <utility>
+#include <variant>
 
 #include "client/cli/command.h"
 #include "client/cli/command_context.h"
 #include "client/cli/commands/picture_files.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/interrupt.h"
+#include "client/cli/jobs/follow_job.h"
 #include "client/cli/jobs/job_report.h"
 #include "client/jobs/job_client.h"
-#include "client/jobs/job_watch.h"
 #include "renderer/base/unix_time.h"
 
 namespace helio::cli {
@@ -74,22 +76,6 @@ Status change(JobClient& jobs, const std::string& id, const JobOptions& options,
   return ok_status();
 }
 
-// Blocks until the job is over.
-Status follow(JobClient& jobs, const std::string& id, double wait_s, Terminal& terminal, CallControl& control) {
-  JobWatch watch(jobs, id, wait_s);
-  JobWatchCallbacks callbacks;
-  callbacks.watching = [&](const pb::WatchJobResponse::Watching& now) {
-    terminal.say("job " + id + ": " + describe_progress(now.job()) +
-                 (now.job().reason().empty() ? "" : ": " + single_line(now.job().reason())));
-  };
-  callbacks.event = [&](const pb::JobEvent& event) { terminal.say(describe(event)); };
-  callbacks.progress = [&](const pb::Job& job) { terminal.progress(describe_progress(job)); };
-  const Status over =
-      watch.run(callbacks, control, [&](const Error& error) { terminal.warn(error.to_string() + "; waiting for it"); });
-  terminal.end_progress();
-  return over;
-}
-
 std::string not_done(const pb::Job& job, std::uint32_t view) {
   std::string text = fmt::format("nothing to fetch: the job is {}", state_name(job.state()));
   if (!job.reason().empty()) text += " (" + single_line(job.reason()) + ")";
@@ -137,26 +123,16 @@ int run(const CLI::App& app, const JobOptions& options) {
 
   CallControl control;
   const Interrupt interrupt([&] { control.cancel(); });
+  Result<pb::Job> job = Error{};
   if (options.watch) {
-    const double wait_s = context.connection.connect.retry ? context.connection.connect.timeout_s : 0;
-    const Status over = follow(jobs, *id, wait_s, terminal, control);
-    if (interrupt.raised()) {
-      return terminal.fail(interrupt.exit_code(), fmt::format("interrupted; job {} goes on: heliograph job {} --watch "
-                                                              "follows it again",
-                                                              *id, *id));
-    }
-    if (!over) return context.fail(over.error());
+    auto ended = follow_to_end(jobs, *id, context, interrupt, control, Json::object());
+    if (const int* exit_code = std::get_if<int>(&ended)) return *exit_code;
+    job = std::move(std::get<pb::Job>(ended));
+  } else {
+    job = jobs.get(*id);
+    if (!job) return context.fail(job.error());
   }
-  const auto job = jobs.get(*id);
-  if (!job) return context.fail(job.error());
   Json json = to_json(*job);
-  if (options.watch && job->state() != pb::JOB_STATE_SUCCEEDED) {
-    return terminal.fail(
-        kFailed,
-        fmt::format("the job {} {}{}", job->state() == pb::JOB_STATE_FAILED ? "has" : "was", state_name(job->state()),
-                    job->reason().empty() ? "" : ": " + single_line(job->reason())),
-        json);
-  }
   if (!asked.fetch.empty()) {
     json["fetched"] = Json::array();
     const Status fetched = fetch(jobs, *job, asked, terminal, control, json["fetched"]);

@@ -3,11 +3,14 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
+#include <variant>
 
 #include "client/cli/command.h"
 #include "client/cli/commands/open_scene.h"
 #include "client/cli/commands/path_option.h"
 #include "client/cli/exit_code.h"
+#include "client/cli/jobs/follow_job.h"
 #include "client/cli/jobs/job_report.h"
 #include "client/cli/shard_option.h"
 #include "client/jobs/job_client.h"
@@ -26,8 +29,8 @@ struct SubmitOptions {
   SettingsOptions settings;
   BudgetOptions budget;
   TransportOptions file;
-  TextOption path, shard, name, priority, output, client_token;
-  bool overwrite = false, require_same_bits = false;
+  TextOption path, steps, step, pivot, shard, name, priority, output, client_token;
+  bool overwrite = false, require_same_bits = false, watch = false;
   CommonOptions common;
 };
 
@@ -37,7 +40,7 @@ constexpr const char* kHelp =
     "shows, watches and fetches it; heliograph jobs lists all.\n"
     "The scene is sent as heliograph render does, and the daemon keeps it for the job.\n"
     "With --json, stdout holds one object: job_id, already_there (of an earlier submission with the --client-token),\n"
-    "and what heliograph job --json has; load_seconds, notices, unsampled, warnings, unread.\n"
+    "and what heliograph job --json has, with --watch at its end; load_seconds, notices, unsampled, warnings, unread.\n"
     "Example: heliograph submit room.glb --size 3840x2160 --error 0.002 --name room --server 10.0.0.5:50051\n"
     "Example: heliograph submit room.glb --samples 4096 --output-on-server rooms/one.exr\n\n";
 
@@ -72,15 +75,32 @@ pb::SubmitJobRequest read_request(const SubmitOptions& options, OptionReader& re
   return request;
 }
 
+// The path's text and scale, and the centre of its orbits where that is not the scene's.
+struct PathChoice {
+  std::string text;
+  PathScale scale;
+  std::optional<V3d> pivot;
+};
+
+PathChoice read_path(const SubmitOptions& options, OptionReader& reader) {
+  PathChoice path{read_path_file(options.path, reader),
+                  read_path_scale(options.path, options.steps, options.step, reader), reader.vector(options.pivot)};
+  if (options.steps.given() && !is_path_by_name(options.path))
+    reader.problem(options.steps, "is only valid with a --path by name");
+  if (options.pivot.given() && !options.path.given()) reader.problem(options.pivot, "is only valid with --path");
+  return path;
+}
+
 // The still's camera, or the views of the path.
-void set_views(const SubmitOptions& options, const std::string& path_text, const OpenScene& open,
-               pb::RunJobRequest& job, OptionReader& reader) {
+void set_views(const SubmitOptions& options, const PathChoice& path, const OpenScene& open, pb::RunJobRequest& job,
+               OptionReader& reader) {
   if (!options.path.given()) {
     *job.mutable_camera() = open.camera.view();
     return;
   }
-  const PathStart start{open.camera.view(), centre_of(open.scene()), cameras_of(open.scene())};
-  const auto views = read_path_views(options.path, path_text, {}, start);
+  const V3d pivot = path.pivot.value_or(centre_of(open.scene()));
+  const PathStart start{open.camera.view(), pivot, cameras_of(open.scene())};
+  const auto views = read_path_views(options.path, path.text, path.scale, start);
   if (!views) return reader.problem(options.path, views.error().to_string());
   if (views->size() > kMostViews)
     return reader.problem(options.path, fmt::format("{} views; allowed: at most {}", views->size(), kMostViews));
@@ -123,7 +143,7 @@ int run(const CLI::App& app, const SubmitOptions& options) {
   Terminal& terminal = context.terminal;
   OptionReader& reader = context.reader;
   const SceneChoice choice = read_scene(options.scene, options.common.connection, reader);
-  const std::string path_text = read_path_file(options.path, reader);
+  const PathChoice path = read_path(options, reader);
   pb::SubmitJobRequest request = read_request(options, reader);
   pb::RunJobRequest& job = *request.mutable_job();
   const auto shard = read_shard(options.shard, options.settings, job.settings(), job.budget(), job.format(), reader);
@@ -136,7 +156,7 @@ int run(const CLI::App& app, const SubmitOptions& options) {
   if (const int* exit_code = std::get_if<int>(&opened)) return *exit_code;
   auto& open = std::get<OpenScene>(opened);
   set_region(shard, options.shard, *job.mutable_settings(), reader);
-  set_views(options, path_text, open, job, reader);
+  set_views(options, path, open, job, reader);
   if (!context.problems.empty()) return context.refuse();
   job.set_scene_id(open.scene().scene_id());
   if (request.name().empty()) request.set_name(scene_stem(choice) + (shard ? " " + to_string(*shard) : ""));
@@ -154,10 +174,16 @@ int run(const CLI::App& app, const SubmitOptions& options) {
   terminal.say(fmt::format("job {}: {}{}", kept.job_id(), state_name(kept.state()),
                            submitted->already_there() ? " (submitted before)" : ""));
   const std::string server = " --server " + context.connection.address;
-  terminal.say("  to follow it:       heliograph job " + kept.job_id() + " --watch" + server);
+  if (!options.watch) terminal.say("  to follow it:       heliograph job " + kept.job_id() + " --watch" + server);
   if (!kept.has_output())
     terminal.say("  to get its picture: heliograph job " + kept.job_id() + " --fetch FILE.exr" + server);
-  terminal.result(report(*submitted, open));
+  Json json = report(*submitted, open);
+  if (options.watch) {
+    const auto ended = follow_to_end(jobs, kept.job_id(), context, interrupt, control, json);
+    if (const int* exit_code = std::get_if<int>(&ended)) return *exit_code;
+    json.update(to_json(std::get<pb::Job>(ended)));
+  }
+  terminal.result(json);
   return kOk;
 }
 
@@ -172,6 +198,12 @@ Command add_submit(CLI::App& root) {
   add_path_option(*app, options->path,
                   "Render a camera path, one picture a view: by name or from a file, as of heliograph move. Default: a "
                   "still");
+  add_text(*app, options->steps, "--steps", "N", "Steps of a path by name, [1, 100000]. Default: its own");
+  add_text(*app, options->step, "--step", "X",
+           "Size of a step of a path by name, as of heliograph move. Default: its own");
+  add_text(*app, options->pivot, "--pivot", "x,y,z",
+           "Centre of the path's orbits, and what paths by name measure distance to. Default: centre of the scene's "
+           "bounds");
   add_settings_options(*app, options->settings);
   add_budget_options(*app, options->budget, "each view", false);
   add_kept_file_options(*app, options->file);
@@ -188,6 +220,9 @@ Command add_submit(CLI::App& root) {
            "A second submission with the same text, at most 128 bytes, answers the job of the first. Default: none");
   add_flag(*app, options->require_same_bits, "--require-same-bits",
            "Pause the job, rather than go on with other bits, after a restart with another build or instruction path");
+  add_flag(*app, options->watch, "--watch",
+           "Follow the job until it has ended; Ctrl-C ends the command alone. With --wait a daemon that restarts is "
+           "waited for. A job that failed or was canceled is exit code 1");
   add_common_daemon_options(*app, options->common, "One JSON object on stdout, described below");
   return {app, [app, options] { return run(*app, *options); }};
 }

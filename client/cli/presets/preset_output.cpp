@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "client/comparison_csv.h"
+#include "client/comparison/comparison_csv.h"
 #include "client/report/number_text.h"
 
 namespace helio::cli {

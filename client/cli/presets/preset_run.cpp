@@ -9,8 +9,8 @@
 
 #include "client/cli/exit_code.h"
 #include "client/cli/presets/preset_output.h"
-#include "client/comparison_folder.h"
-#include "client/comparison_record.h"
+#include "client/comparison/comparison_folder.h"
+#include "client/comparison/comparison_record.h"
 #include "renderer/codec/atomic_file.h"
 
 namespace helio::cli {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "client/cli/comparison_table.h"
-#include "client/comparison_record.h"
+#include "client/comparison/comparison_record.h"
 #include "client/enum_names.h"
 
 namespace helio::cli {

@@ -56,19 +56,10 @@ def read_token(token: str | None, token_file: str | os.PathLike[str] | None) -> 
         token = next((line.rstrip() for line in lines if line.strip() and not line.startswith("#")), "")
         if not token:
             raise InvalidArgument(f"token file {os.fspath(file)} holds no token", problems=())
+        if " " in token or "\t" in token:
+            raise InvalidArgument(
+                f"token file {os.fspath(file)} holds no token but what a daemon knows of one", problems=()
+            )
     if not isinstance(token, str) or not token.isascii() or not token.isprintable() or " " in token:
         raise invalid("token", "(not shown)", "printable ASCII characters without spaces")
     return token
-
-
-def refuse_tls(tls: object, address: object) -> None:
-    """InvalidArgument where TLS is asked for."""
-    scheme = isinstance(address, str) and re.match(r"(https|grpcs|dns|ipv4|ipv6)s?:/", address)
-    if tls is None or tls is False:
-        if not scheme:
-            return
-    raise InvalidArgument(
-        "tls: the daemon has no TLS yet; reach one on another machine through a tunnel "
-        "(ssh -L 50051:127.0.0.1:50051 machine) and connect to 127.0.0.1:50051",
-        problems=(),
-    )

@@ -26,7 +26,7 @@ import grpc.aio
 from . import CHANNELS as CHANNELS
 from . import operations
 from ._version import __version__ as __version__
-from .address import check_address, read_token, refuse_tls
+from .address import check_address, read_token
 from .arguments import (
     CompareArguments,
     EditArguments,
@@ -80,6 +80,7 @@ from .kept_jobs import JobInfo as JobInfo
 from .kept_jobs import JobResult as JobResult
 from .kept_jobs import (
     KeptJobValues,
+    PictureFeed,
     ResultFeed,
     States,
     WatchFeed,
@@ -88,17 +89,20 @@ from .kept_jobs import (
     make_job_info,
     read_states,
     result_request,
+    tiles_request,
 )
 from .kept_jobs import TimeLeft as TimeLeft
 from .outbox import Outbox
 from .progress import CompareProgress, ComparisonReporter, Progress, Reporter
+from .reattachment import LONGEST_PAUSE_S, Reattachment
 from .replay import Replay as Replay
 from .scene import Details, Light, Material, Object, SceneValues, ServerInfo, check_scene, make_server_info, warn_of
 from .session_core import SessionCore, SessionMethods, SessionPlan
-from .settings import read_timeout
+from .settings import Channel, PixelType, read_timeout
 from .settings import Settings as Settings
 from .stats import Stats as Stats
 from .stats import make_stats
+from .tls import Tls, explain, read_tls
 from .v1 import durable_job_pb2 as kept
 from .v1 import job_pb2 as jobs
 from .v1 import render_service_pb2 as service
@@ -165,12 +169,18 @@ _CLOSE_S = 10.0  # that the daemon gets to end a session
 class _Connection:
     """A channel to one daemon."""
 
-    def __init__(self, address: str, token: str, timeout: float) -> None:
+    def __init__(self, address: str, token: str, timeout: float, tls: Tls | None = None) -> None:
         check_process()
         self.peer = address
+        self.tls = tls
         self.timeout = timeout
         self.metadata = (("authorization", f"Bearer {token}"),) if token else ()
-        self.channel = grpc.aio.insecure_channel(address, channel_options(timeout))
+        options = channel_options(timeout)
+        self.channel = (
+            grpc.aio.insecure_channel(address, options)
+            if tls is None
+            else grpc.aio.secure_channel(address, tls.credentials(), options + tls.options())
+        )
         self.stub: Any = api.RenderServiceStub(self.channel)  # type: ignore[no-untyped-call]
         add_streams(self.stub, self.channel)
         keep_from_children(self)
@@ -251,7 +261,8 @@ class _Connection:
                 if isinstance(error, Unavailable) and clock.monotonic() < end:
                     await asyncio.sleep(0.05)
                     continue
-                raise unreachable(error, self.peer) from None
+                failure = unreachable(error, self.peer)
+                raise await asyncio.to_thread(explain, failure, self.peer, self.tls) from None
 
 
 def _advance(advance: Callable[..., Any], *arguments: Any) -> tuple[bool, Any]:
@@ -420,9 +431,21 @@ async def _requests(core: _Core, outbox: Outbox) -> AsyncIterator[Any]:
 
 async def _read_session(core: _Core, connection: _Connection) -> None:
     failure = await _receive_session(core, connection)
-    while core.resume(failure):
+    while core.resume(failure) or await _wait_for_daemon(core, connection, failure):
         failure = await _receive_session(core, connection)
-    core.finish(failure)
+    core.finish(core.gone(failure))
+
+
+async def _wait_for_daemon(core: _Core, connection: _Connection, failure: HeliographError | None) -> bool:
+    """Whether the session is to be attached again, now."""
+    pause = core.reattach(failure)
+    if pause is None:
+        return False
+    with contextlib.suppress(DeadlineExceeded):
+        await core.bell.wait_for(lambda: True if core.closing else None, pause, "")
+    if not core.closing:
+        await connection.reach(core.reach_s())
+    return not core.closing
 
 
 async def _receive_session(core: _Core, connection: _Connection) -> HeliographError | None:
@@ -624,17 +647,60 @@ class KeptJob(KeptJobValues):
         """As heliograph.KeptJob.set_priority."""
         return self._hear(await self._connection.run(operations.set_job_priority(self.id, priority)))
 
-    async def fetch(self, view: int = 0) -> Image:
+    async def fetch(self, view: int = 0, *, patience: float = 60) -> Image:
         """As heliograph.KeptJob.fetch; the file is decoded in another thread."""
-        chunks: list[bytes] = []
-        result = await self._fetch(view, chunks.append)
+
+        async def attempt() -> tuple[JobResult, list[bytes]]:
+            chunks: list[bytes] = []
+            return await self._fetch(view, chunks.append), chunks
+
+        result, chunks = await self._again(attempt, patience)
         return await asyncio.to_thread(lambda: image_of_result(b"".join(chunks), result, self.latest, self.notices))
 
-    async def fetch_to(self, path: str | os.PathLike[str], view: int = 0) -> pathlib.Path:
+    async def fetch_to(self, path: str | os.PathLike[str], view: int = 0, *, patience: float = 60) -> pathlib.Path:
         """As heliograph.KeptJob.fetch_to; the file is written in another thread."""
-        with AtomicFile(path, ".exr") as file:
-            await self._fetch(view, file.write)
-            return await asyncio.to_thread(file.commit)
+
+        async def attempt() -> pathlib.Path:
+            with AtomicFile(path, ".exr") as file:
+                await self._fetch(view, file.write)
+                return await asyncio.to_thread(file.commit)
+
+        return await self._again(attempt, patience)
+
+    async def picture(
+        self,
+        view: int = 0,
+        *,
+        window: Sequence[int] | None = None,
+        channels: Channel | Iterable[Channel] = (),
+        pixel_type: PixelType = "float",
+    ) -> Image:
+        """As heliograph.KeptJob.picture; the tiles are decoded in another thread."""
+        request = tiles_request(self.id, view, window, channels, pixel_type)
+        feed = PictureFeed(request, self.latest)
+        call = self._connection.open("GetResult", request, self._connection.timeout)
+        try:
+            async for response in call:
+                feed.add(response)
+        except grpc.RpcError as error:
+            raise operations.of_kept_jobs(from_rpc(error, self._connection.peer)) from None
+        except BaseException:
+            call.cancel()
+            raise
+        return await asyncio.to_thread(lambda: feed.image(self.latest, self.notices))
+
+    async def _again(self, attempt: Callable[[], Awaitable[T]], patience: float) -> T:
+        """As heliograph.KeptJob._again."""
+        waits = Reattachment(read_timeout("patience", patience, zero=True), planned=False)
+        while True:
+            try:
+                return await attempt()
+            except HeliographError as error:
+                pause = waits.pause(error)
+                if pause is None:
+                    raise
+            await asyncio.sleep(pause)
+            await self._connection.reach(min(LONGEST_PAUSE_S, waits.left()))
 
     async def _fetch(self, view: int, take: Callable[[bytes], None]) -> JobResult:
         """take: called in another thread."""
@@ -934,15 +1000,19 @@ async def connect(
     *,
     token: str | None = None,
     token_file: str | os.PathLike[str] | None = None,
-    tls: object = None,
+    tls: bool | None = None,
+    ca: str | os.PathLike[str] | None = None,
+    certificate: str | os.PathLike[str] | None = None,
+    key: str | os.PathLike[str] | None = None,
+    tls_name: str | None = None,
     wait: float = 0,
     timeout: float = 30,
 ) -> Client:
     """As heliograph.connect."""
-    refuse_tls(tls, address)
     check_address(address)
     secret = read_token(token, token_file)
-    connection = _Connection(address, secret, read_timeout("timeout", timeout))
+    encryption = read_tls(tls, ca, certificate, key, tls_name)
+    connection = _Connection(address, secret, read_timeout("timeout", timeout), encryption)
     try:
         info = make_server_info(await connection.greet(read_timeout("wait", wait, zero=True)))
     except BaseException:
@@ -973,7 +1043,7 @@ async def serve(
         timeout=timeout,
     )
     try:
-        client = await connect(daemon.address, token=daemon.token, wait=timeout)
+        client = await connect(daemon.address, token=daemon.token, tls=False, wait=timeout)
     except BaseException:
         await asyncio.to_thread(daemon.stop)
         raise
@@ -988,6 +1058,11 @@ async def compare(
     address: str | None = None,
     token: str | None = None,
     token_file: str | os.PathLike[str] | None = None,
+    tls: bool | None = None,
+    ca: str | os.PathLike[str] | None = None,
+    certificate: str | os.PathLike[str] | None = None,
+    key: str | os.PathLike[str] | None = None,
+    tls_name: str | None = None,
     **arguments: Unpack[CompareArguments],
 ) -> Comparison:
     """As heliograph.compare."""
@@ -1001,7 +1076,16 @@ async def compare(
     if isinstance(scene, (str, os.PathLike)):
         await asyncio.to_thread(check_compare, scene, modes, arguments)
     if address is not None:
-        async with await connect(address, token=token, token_file=token_file) as client:
+        async with await connect(
+            address,
+            token=token,
+            token_file=token_file,
+            tls=tls,
+            ca=ca,
+            certificate=certificate,
+            key=key,
+            tls_name=tls_name,
+        ) as client:
             return await client.compare(scene, modes, **arguments)
     exclusive = ["--allow-exclusive", "on"] if arguments.get("exclusive") else []
     async with await serve(arguments=exclusive) as client:

@@ -58,6 +58,7 @@ class SessionArguments(_Picture, total=False):
     exposure: float
     buffer: int
     grace: float
+    patience: float
 
 
 class CompareArguments(Settings, total=False):

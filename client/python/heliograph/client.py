@@ -12,7 +12,7 @@ from typing import Any, Union, Unpack
 import grpc
 
 from . import operations
-from .address import check_address, read_token, refuse_tls
+from .address import check_address, read_token
 from .arguments import (
     CompareArguments,
     EditArguments,
@@ -41,6 +41,7 @@ from .session import Session
 from .session_core import SessionCore, SessionPlan
 from .settings import read_timeout
 from .stats import make_stats
+from .tls import read_tls
 from .v1 import durable_job_pb2 as kept
 from .v1 import job_pb2 as jobs
 from .v1 import render_service_pb2 as service
@@ -321,22 +322,31 @@ def connect(
     *,
     token: str | None = None,
     token_file: str | os.PathLike[str] | None = None,
-    tls: object = None,
+    tls: bool | None = None,
+    ca: str | os.PathLike[str] | None = None,
+    certificate: str | os.PathLike[str] | None = None,
+    key: str | os.PathLike[str] | None = None,
+    tls_name: str | None = None,
     wait: float = 0,
     timeout: float = 30,
 ) -> Client:
     """A client of the daemon at "HOST:PORT" or "unix:PATH".
 
     token: the daemon's, or the first line of token_file that is neither empty nor begins with "#"; without either the
-    file that HELIOGRAPH_TOKEN_FILE names. tls: refused, for the daemon has none. wait: seconds to keep trying while
-    no daemon answers, [0, 86400]. timeout: seconds for each of the quick calls (not loads, edits, renders).
+    file that HELIOGRAPH_TOKEN_FILE names. tls: True encrypts the connection, and so does each of the next four; False
+    does not, whatever the variables HELIOGRAPH_TLS, HELIOGRAPH_TLS_CA, HELIOGRAPH_CLIENT_CERTIFICATE,
+    HELIOGRAPH_CLIENT_KEY and HELIOGRAPH_TLS_NAME say. ca: PEM file of the authorities that the daemon's certificate may
+    come from; None: the system's. certificate, key: PEM files, for a daemon that asks for a certificate. tls_name: that
+    the daemon's certificate has; None: the host of the address. wait: seconds to keep trying while no daemon answers,
+    [0, 86400]. timeout: seconds for each of the quick calls (not loads, edits, renders).
 
-    InvalidArgument: the address, the token. Unavailable: no daemon answers. PermissionDenied: not its token.
+    InvalidArgument: the address, the token, a file. Unavailable: no daemon answers, or it and the client do not trust
+    each other, with what to give. PermissionDenied: not its token.
     """
-    refuse_tls(tls, address)
     check_address(address)
     secret = read_token(token, token_file)
-    connection = Connection(address, secret, read_timeout("timeout", timeout))
+    encryption = read_tls(tls, ca, certificate, key, tls_name)
+    connection = Connection(address, secret, read_timeout("timeout", timeout), encryption)
     try:
         info = make_server_info(connection.greet(read_timeout("wait", wait, zero=True)))
     except BaseException:
@@ -366,7 +376,7 @@ def serve(
         timeout=timeout,
     )
     try:
-        client = connect(daemon.address, token=daemon.token, wait=timeout)
+        client = connect(daemon.address, token=daemon.token, tls=False, wait=timeout)
     except BaseException:
         daemon.stop()
         raise
@@ -381,10 +391,15 @@ def compare(
     address: str | None = None,
     token: str | None = None,
     token_file: str | os.PathLike[str] | None = None,
+    tls: bool | None = None,
+    ca: str | os.PathLike[str] | None = None,
+    certificate: str | os.PathLike[str] | None = None,
+    key: str | os.PathLike[str] | None = None,
+    tls_name: str | None = None,
     **arguments: Unpack[CompareArguments],
 ) -> Comparison:
     """As Client.compare, of the daemon that holds `scene`; of a file, of the daemon at `address`, or without an address
-    of one that is started for it alone. token, token_file: as of connect()."""
+    of one that is started for it alone. token to tls_name: as of connect()."""
     if isinstance(scene, Scene):
         if address is not None:
             raise invalid("address", address, "none beside a Scene, whose daemon is asked")
@@ -395,7 +410,16 @@ def compare(
     if isinstance(scene, (str, os.PathLike)):
         check_compare(scene, modes, arguments)
     if address is not None:
-        with connect(address, token=token, token_file=token_file) as client:
+        with connect(
+            address,
+            token=token,
+            token_file=token_file,
+            tls=tls,
+            ca=ca,
+            certificate=certificate,
+            key=key,
+            tls_name=tls_name,
+        ) as client:
             return client.compare(scene, modes, **arguments)
     exclusive = ["--allow-exclusive", "on"] if arguments.get("exclusive") else []
     with serve(arguments=exclusive) as client:

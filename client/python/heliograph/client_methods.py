@@ -220,6 +220,7 @@ class ClientMethods(Generic[SceneT, ImageT, JobT, KeptJobT, SessionT, Comparison
         exposure: float = 0,
         buffer: int = 0,
         grace: float = 0,
+        patience: float = 60,
         channels: Channel | Iterable[Channel] = (),
         denoiser: Denoiser | None = None,
         pixel_type: PixelType = "float",
@@ -230,7 +231,8 @@ class ClientMethods(Generic[SceneT, ImageT, JobT, KeptJobT, SessionT, Comparison
 
         until: None: it renders until it is closed, or until wait() says otherwise. exposure: stops, of JPEG previews.
         buffer: of frames(). grace: seconds that the daemon keeps the session when the connection breaks, 0: its
-        default.
+        default. patience: seconds, [0, 86400], in which a daemon that restarts (with a state folder) is asked for the
+        session, which then goes on with its samples.
         settings: with preview_rate > 0 whole pictures come while the camera moves.
         """
         return self._session(
@@ -244,6 +246,7 @@ class ClientMethods(Generic[SceneT, ImageT, JobT, KeptJobT, SessionT, Comparison
                 exposure=exposure,
                 buffer=buffer,
                 grace=grace,
+                patience=patience,
                 channels=channels,
                 denoiser=denoiser,
                 pixel_type=pixel_type,

@@ -13,6 +13,7 @@ import grpc
 
 from .calls import IGNORED_FIELDS, Call, Operation, T, Upload
 from .errors import FailedPrecondition, HeliographError, HeliographWarning, Unavailable, from_rpc
+from .tls import Tls, explain
 from .v1 import render_service_pb2 as service
 from .v1 import render_service_pb2_grpc as api
 from .wire import add_streams
@@ -82,12 +83,18 @@ def check_process() -> None:
 class Connection:
     """Thread safe. Its channel is closed by close(), or when nothing refers to it any more."""
 
-    def __init__(self, address: str, token: str, timeout: float) -> None:
+    def __init__(self, address: str, token: str, timeout: float, tls: Tls | None = None) -> None:
         check_process()
         self.peer = address
+        self.tls = tls
         self.timeout = timeout
         self.metadata = (("authorization", f"Bearer {token}"),) if token else ()
-        self.channel = grpc.insecure_channel(address, channel_options(timeout))
+        options = channel_options(timeout)
+        self.channel = (
+            grpc.insecure_channel(address, options)
+            if tls is None
+            else grpc.secure_channel(address, tls.credentials(), options + tls.options())
+        )
         self.stub: Any = api.RenderServiceStub(self.channel)  # type: ignore[no-untyped-call]
         add_streams(self.stub, self.channel)
         self._process = os.getpid()
@@ -186,7 +193,7 @@ class Connection:
                 if isinstance(error, Unavailable) and time.monotonic() < end:
                     time.sleep(0.05)  # it is starting, and refused once more
                     continue
-                raise unreachable(error, self.peer) from None
+                raise explain(unreachable(error, self.peer), self.peer, self.tls) from None
 
 
 def unreachable(error: HeliographError, peer: str) -> HeliographError:

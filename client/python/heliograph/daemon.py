@@ -24,6 +24,8 @@ from .settings import read_timeout
 
 _LINES = 200  # of its log that are kept
 _TERM_S = 5.0  # beyond the drain grace, before it is killed
+# It is reached on loopback, without TLS.
+_OF_OTHER_DAEMONS = ("HELIOGRAPH_TLS_CERTIFICATE", "HELIOGRAPH_TLS_KEY", "HELIOGRAPH_TLS_CLIENT_CA")
 
 # Ends the daemon when a line comes or when this process is gone, however it went: a notebook's kernel is often
 # killed. Then it removes the folder with the token, its first argument. The daemon's exit code becomes the shell's.
@@ -159,6 +161,7 @@ class Daemon:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             start_new_session=True,
+            env={name: value for name, value in os.environ.items() if name not in _OF_OTHER_DAEMONS},
         )
         self._log: collections.deque[str] = collections.deque(maxlen=_LINES)
         self._reader = threading.Thread(

@@ -84,7 +84,7 @@ class ResourceExhausted(HeliographError):
 
 
 class PermissionDenied(HeliographError):
-    """A path outside the daemon's scene roots, or a token that the daemon does not know."""
+    """A path outside the daemon's scene roots, a token that it does not know, or one whose role is too little."""
 
 
 class Unimplemented(HeliographError, NotImplementedError):

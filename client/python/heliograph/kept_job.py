@@ -6,14 +6,14 @@ import contextlib
 import os
 import pathlib
 import time
-from collections.abc import Callable, Generator, Iterator
-from typing import Any
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from typing import Any, TypeVar
 
 import grpc
 
 from . import operations
 from .connection import Connection
-from .errors import from_rpc
+from .errors import HeliographError, from_rpc
 from .files import AtomicFile
 from .image import Image
 from .kept_jobs import (
@@ -21,14 +21,20 @@ from .kept_jobs import (
     JobInfo,
     JobResult,
     KeptJobValues,
+    PictureFeed,
     ResultFeed,
     WatchFeed,
     check_going_on,
     image_of_result,
     result_request,
+    tiles_request,
 )
 from .progress import Progress, Reporter
+from .reattachment import LONGEST_PAUSE_S, Reattachment
+from .settings import Channel, PixelType, read_timeout
 from .v1 import durable_job_pb2 as messages
+
+T = TypeVar("T")
 
 
 class KeptJob(KeptJobValues):
@@ -120,24 +126,76 @@ class KeptJob(KeptJobValues):
         """[-100, 100]; higher first. FailedPrecondition: it has come to its end already."""
         return self._hear(self._connection.run(operations.set_job_priority(self.id, priority)))
 
-    def fetch(self, view: int = 0) -> Image:
-        """The picture of a view, by index, with its figures in `stats`. Bytes and SHA-256 are checked.
+    def fetch(self, view: int = 0, *, patience: float = 60) -> Image:
+        """The picture of a view, by index, with its figures in `stats`. Bytes and SHA-256 are checked. A connection
+        that is lost on the way is tried again, from the file's beginning, for `patience` seconds, [0, 86400].
 
         FailedPrecondition: the view is not done. NotFound: no such view, or its file is gone. Internal: the file is not
         the one that was rendered.
         """
-        chunks: list[bytes] = []
-        result = self._fetch(view, chunks.append)
-        return image_of_result(b"".join(chunks), result, self.latest, self.notices)
 
-    def fetch_to(self, path: str | os.PathLike[str], view: int = 0) -> pathlib.Path:
+        def attempt() -> tuple[JobResult, bytes]:
+            chunks: list[bytes] = []
+            result = self._fetch(view, chunks.append)
+            return result, b"".join(chunks)
+
+        result, data = self._again(attempt, patience)
+        return image_of_result(data, result, self.latest, self.notices)
+
+    def fetch_to(self, path: str | os.PathLike[str], view: int = 0, *, patience: float = 60) -> pathlib.Path:
         """Writes the EXR file of a view as the daemon has it, in one step (temporary file, then rename), and answers
         its path; a file that is there is replaced. Checks and errors as of fetch(). InvalidArgument: the name does not
         end in .exr. OSError: it cannot be written; then, too, nothing is left of it.
         """
-        with AtomicFile(path, ".exr") as file:
-            self._fetch(view, file.write)
-            return file.commit()
+
+        def attempt() -> pathlib.Path:
+            with AtomicFile(path, ".exr") as file:
+                self._fetch(view, file.write)
+                return file.commit()
+
+        return self._again(attempt, patience)
+
+    def picture(
+        self,
+        view: int = 0,
+        *,
+        window: Sequence[int] | None = None,
+        channels: Channel | Iterable[Channel] = (),
+        pixel_type: PixelType = "float",
+    ) -> Image:
+        """The picture of a view as it is, without its file: of one that is done, or of the one in hand as the newest
+        checkpoint of the job has it. A running job's checkpoint that is older than 2 s is made anew for the next call.
+
+        window: (x0, y0, x1, y1), pixels of the film, the last ones excluded; None: all that is rendered; the picture
+        then has that window. channels: beside radiance, variance and samples, as of Client.render, as far as the
+        picture has them.
+        FailedPrecondition: nothing is rendered yet, or its mode has no checkpoints. InvalidArgument: the window.
+        """
+        request = tiles_request(self.id, view, window, channels, pixel_type)
+        feed = PictureFeed(request, self.latest)
+        call = self._connection.open("GetResult", request, self._connection.timeout)
+        try:
+            for response in call:
+                feed.add(response)
+        except grpc.RpcError as error:
+            raise operations.of_kept_jobs(from_rpc(error, self._connection.peer)) from None
+        except BaseException:
+            call.cancel()
+            raise
+        return feed.image(self.latest, self.notices)
+
+    def _again(self, attempt: Callable[[], T], patience: float) -> T:
+        """What attempt() answers, tried again after a lost connection."""
+        waits = Reattachment(read_timeout("patience", patience, zero=True), planned=False)
+        while True:
+            try:
+                return attempt()
+            except HeliographError as error:
+                pause = waits.pause(error)
+                if pause is None:
+                    raise
+            time.sleep(pause)
+            self._connection.reach(min(LONGEST_PAUSE_S, waits.left()))
 
     def _fetch(self, view: int, write: Callable[[bytes], object]) -> JobResult:
         request = result_request(self.id, view)

@@ -8,7 +8,7 @@ import hashlib
 import operator
 import os
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, Literal, Union, get_args
 
 from .budget import Error, Limit, Samples, Seconds
@@ -25,8 +25,9 @@ from .errors import (
     invalid_all,
 )
 from .image import Image, image_of_exr
-from .settings import enum_name, read_timeout
+from .settings import Channel, PixelType, enum_name, make_format, read_timeout
 from .stats import Stats, make_stats
+from .tiles import Assembly
 from .v1 import durable_job_pb2 as messages
 from .v1 import job_pb2 as jobs
 from .v1 import types_pb2 as types
@@ -289,6 +290,25 @@ def result_request(job_id: str, view: Any) -> messages.GetResultRequest:
     return messages.GetResultRequest(job_id=job_id, view=index)
 
 
+def tiles_request(
+    job_id: str,
+    view: Any,
+    window: Sequence[int] | None,
+    channels: Channel | Iterable[Channel],
+    pixel_type: PixelType,
+) -> messages.GetResultRequest:
+    """InvalidArgument: no index, no window of whole numbers, or unknown words."""
+    request = result_request(job_id, view)
+    request.tiles.format.CopyFrom(make_format(channels, pixel_type, "zip", None))
+    if window is not None:
+        try:
+            x0, y0, x1, y1 = (operator.index(number) for number in window)
+            request.tiles.window.CopyFrom(types.Rect(x0=x0, y0=y0, x1=x1, y1=y1))
+        except (TypeError, ValueError):
+            raise invalid("window", window, "(x0, y0, x1, y1), whole pixels of the film") from None
+    return request
+
+
 # ---- streams
 
 
@@ -462,6 +482,45 @@ class ResultFeed:
                 problems=(),
             )
         return _result_of(self._begin)
+
+
+class PictureFeed:
+    """The picture of a view, tile by tile. Not thread safe."""
+
+    def __init__(self, request: messages.GetResultRequest, info: JobInfo) -> None:
+        self._what = f"the picture of view {request.view} of job {request.job_id}"
+        self._settings = types.RenderSettings()
+        self._settings.CopyFrom(info.message.settings)
+        if request.tiles.HasField("window"):
+            self._settings.region.CopyFrom(request.tiles.window)
+        self._begin: messages.JobView | None = None
+        self._assembly: Assembly | None = None
+
+    def add(self, response: messages.GetResultResponse) -> None:
+        """BrokenTile: a tile does not fit. Internal: an answer does not."""
+        kind = response.WhichOneof("response")
+        if kind == "begin" and self._begin is None:
+            self._begin = response.begin
+            self._assembly = Assembly(self._settings)
+        elif kind == "tile" and self._assembly is not None:
+            self._assembly.add(response.tile)
+        else:
+            raise Internal(f"{self._what} came in another order than the protocol has", problems=())
+
+    def image(self, info: JobInfo, notices: tuple[str, ...]) -> Image:
+        """All has come. Internal: tiles are missing."""
+        if self._begin is None or self._assembly is None or not self._assembly.complete:
+            raise Internal(f"{self._what} did not come whole", problems=())
+        end, tiles = self._begin.end, self._assembly.snapshot()
+        return Image(
+            tiles.planes(),
+            window=tiles.window,
+            frame=tiles.frame,
+            stats=make_stats(end.totals, end) if self._begin.sha256 else make_stats(end.totals),
+            notices=notices,
+            seed=info.message.settings.seed,
+            view=self._begin.view + 1 if info.views > 1 else None,
+        )
 
 
 def image_of_result(data: bytes, result: JobResult, info: JobInfo, notices: tuple[str, ...]) -> Image:

@@ -182,14 +182,27 @@ def _requests(core: SessionCore, outbox: Outbox) -> Iterator[Any]:
 
 def _read(core: SessionCore, connection: Connection, calls: list[Any]) -> None:
     failure = _receive(core, connection, calls[-1])
-    while core.resume(failure):
+    while core.resume(failure) or _wait_for_daemon(core, connection, failure):
         try:
             calls[:] = [connection.open("StreamFrames", _requests(core, core.outbox))]
         except HeliographError as error:  # closed meanwhile
             failure = error
             break
         failure = _receive(core, connection, calls[-1])
-    core.finish(failure)
+    core.finish(core.gone(failure))
+
+
+def _wait_for_daemon(core: SessionCore, connection: Connection, failure: HeliographError | None) -> bool:
+    """Whether the session is to be attached again, now."""
+    pause = core.reattach(failure)
+    if pause is None:
+        return False
+    with core.lock:
+        core.changed.wait_for(lambda: core.closing, pause)
+    if not core.closing:
+        with contextlib.suppress(HeliographError):  # closed meanwhile
+            connection.reach(core.reach_s())
+    return not core.closing
 
 
 def _receive(core: SessionCore, connection: Connection, call: Any) -> HeliographError | None:

@@ -25,6 +25,7 @@ from .errors import (
 from .frames import Frame, FrameBuffer, FrameFeed, check_buffer
 from .image import Image
 from .outbox import Outbox
+from .reattachment import Reattachment
 from .scene import SceneValues
 from .settings import (
     Channel,
@@ -57,6 +58,7 @@ class SessionPlan(NamedTuple):
     exposure: float
     tile_format: types.TileFormat
     buffer: int
+    patience: float
 
 
 def plan_session(
@@ -69,6 +71,7 @@ def plan_session(
     exposure: float,
     buffer: int,
     grace: float,
+    patience: float,
     channels: Channel | Iterable[Channel],
     denoiser: Denoiser | None,
     pixel_type: PixelType,
@@ -86,7 +89,8 @@ def plan_session(
     if compression is None:
         compression = "none" if is_near(peer) else "zip"
     tile_format = make_format(channels, pixel_type, compression, denoiser)
-    return SessionPlan(request, view, float(exposure), tile_format, buffer)
+    seconds = read_timeout("patience", patience, zero=True)
+    return SessionPlan(request, view, float(exposure), tile_format, buffer, seconds)
 
 
 #: Takes the events that have just come; none: the stream ended.
@@ -109,6 +113,9 @@ class SessionCore:
 
     A change that the daemon refuses ends the stream, not the session: resume() goes back to the last settings and scene
     that were rendered, and prepares another stream. The refusal is then raised once, by whoever waits next.
+
+    Nor does a restart of the daemon: reattach() prepares a stream to the same session of the next one. Changes in
+    between are sent once that is open, if the session does not have them.
     """
 
     def __init__(self, session_id: str, scene: SceneValues, plan: SessionPlan) -> None:
@@ -136,6 +143,8 @@ class SessionCore:
         self._proven = _State(0, scene, self.settings)
         self._unproven: list[_State] = []
         self._resumed = False  # and nothing has been rendered since
+        self._reattachment = Reattachment(plan.patience)
+        self.lost = False  # the daemon restarts, and the session was not found again so far
         self._open()
         self.send_view()
 
@@ -183,7 +192,8 @@ class SessionCore:
 
     def _put(self, request: stream.StreamRequest) -> None:
         with self.lock:
-            self.outbox.put(request)
+            if not self.lost:
+                self.outbox.put(request)
             self.wake()
 
     def _note(self) -> None:
@@ -258,6 +268,8 @@ class SessionCore:
         """BrokenTile: the stream cannot be trusted."""
         with self.lock:
             events = self.feed.add(response)
+            if self.lost and response.WhichOneof("response") == "opened":
+                self._found(response.opened)
             self._prove(self.feed.view)
             # Whoever takes the newest alone waits for the end of the newest view; pictures of a view before it are
             # still shown, so that a camera that never rests is seen to move.
@@ -284,7 +296,7 @@ class SessionCore:
             of_change = isinstance(error, (InvalidArgument, ResourceExhausted)) or (
                 isinstance(error, NotFound) and any(state.scene is not self._proven.scene for state in self._unproven)
             )
-            if error is None or not of_change or not self._unproven or self.closing:
+            if error is None or not of_change or not self._unproven or self.closing or self.lost:
                 return False
             if self._resumed and len(self._unproven) == 1:
                 return False  # what was good before is refused, too
@@ -305,6 +317,42 @@ class SessionCore:
             self._proven = _State(self._view, self.scene, self.settings)
             self._note()
             return True
+
+    def reattach(self, error: HeliographError | None) -> float | None:
+        """The stream ended by `error`. Seconds after which the session is to be attached again, over another stream,
+        whose requests are in a new outbox; None: it is over."""
+        with self.lock:
+            pause = None if self.closing or error is None else self._reattachment.pause(error)
+            if pause is None:
+                return None
+            self.lost = True
+            self.outbox.end()
+            self.outbox = Outbox()
+            self._open()
+            self.wake()
+            return pause
+
+    def reach_s(self) -> float:
+        """Seconds at a time that a daemon which restarts may take to answer."""
+        return min(1.0, self._reattachment.left())
+
+    def gone(self, error: HeliographError | None) -> HeliographError | None:
+        """What the end of the last stream means."""
+        if self.lost and isinstance(error, NotFound):
+            return Unavailable(f"the daemon came back without the session: {error}", problems=())
+        return error
+
+    def _found(self, opened: stream.Opened) -> None:
+        self.lost = False
+        self._reattachment.found()
+        if opened.view_id >= self._view:
+            return
+        if opened.scene_id != self.scene.id:
+            self._put(stream.StreamRequest(scene=stream.StreamRequest.SwitchScene(scene_id=self.scene.id)))
+        self._put(stream.StreamRequest(settings=self.settings))
+        self._put(stream.StreamRequest(budget=self.budget))
+        view = types.View(id=self._view, camera=self.camera.view, exposure=self.exposure)
+        self._put(stream.StreamRequest(view=view))
 
     def finish(self, error: HeliographError | None) -> None:
         """The stream is over, by an error or well."""
@@ -452,6 +500,11 @@ class SessionMethods:
     def stats(self) -> Stats:
         """Figures of the picture of the present view at this moment; without samples until it has begun."""
         return self._core.stats
+
+    @property
+    def reconnecting(self) -> bool:
+        """The daemon restarts, and the session is looked for there; changes are sent once it is found."""
+        return self._core.lost
 
     @property
     def dropped(self) -> int:

@@ -7,6 +7,8 @@ import { CallError, Code } from './connection.js';
 const GRACE_S = 60;
 const RETRY_S = 3;
 const LONGEST_RETRY_S = 60;
+const RESTART_S = 0.5; // between two tries to attach again to a daemon that restarts
+const LONGEST_RESTART_MS = 60000;
 const LONGEST_TURN_MS = 1000;
 const VIEWS = 256; // sent, and not known to have given a picture: kept at most
 
@@ -41,6 +43,7 @@ export class Session {
   #closed = false;
   #passOn = () => {}; // the next session's turn begins
   #asked = false; // for the session that is to be made
+  #restartEnds = 0; // of a daemon that restarts: when its session is looked for no longer so often; 0: none does
 
   constructor(connection, scenes, handlers) {
     this.connection = connection;
@@ -294,6 +297,7 @@ export class Session {
   // A picture of a view began: what was sent is in force, or what was sent before it.
   #works(viewId) {
     this.#retry_s = RETRY_S;
+    this.#restartEnds = 0;
     this.#tellStopped('');
     this.#goodView = this.#views.get(viewId) ?? this.#goodView;
     for (const id of this.#views.keys()) if (id < viewId) this.#views.delete(id);
@@ -350,6 +354,12 @@ export class Session {
     this.#retry_s = Math.min(2 * this.#retry_s, LONGEST_RETRY_S);
   }
 
+  // The daemon said that it restarts, and may still be at it.
+  get #restarts() {
+    this.#restartEnds ||= performance.now() + LONGEST_RESTART_MS;
+    return performance.now() < this.#restartEnds;
+  }
+
   #ended(status, lost) {
     this.#stream = null;
     this.attached = false;
@@ -386,10 +396,19 @@ export class Session {
         this.#stop(`The daemon is full: ${error.message}`);
         break;
       case Code.UNAVAILABLE:
+        if (/try again/i.test(error.message) && this.#restarts) {
+          this.#tellStopped('The daemon restarts, and this picture goes on there. Reconnecting …');
+          this.#again(RESTART_S);
+          break;
+        }
         this.#stop(`The daemon is stopping: ${error.message}. Save what you have`);
         break;
       case Code.OK:
         this.#again(RETRY_S);
+        break;
+      case Code.CANCELLED: // by a daemon that goes away
+        if (this.#restartEnds && this.#restarts) this.#again(RESTART_S);
+        else this.#stop(error.message);
         break;
       default:
         this.#stop(error.message);

@@ -25,7 +25,8 @@ class CheckpointClock {
   void begin(double now_s) { next_s_ = std::max(next_s_, now_s + pause_s()); }
   // At the next occasion.
   void ask() { ++asked_; }
-  bool due(double now_s) const { return asked_ > answered_ || (interval_s_ > 0 && now_s >= next_s_); }
+  bool asked() const { return asked_ > answered_; }  // and nobody was answered
+  bool due(double now_s) const { return asked() || (interval_s_ > 0 && now_s >= next_s_); }
 
   // One begins; those who ask from now on mean the next one. It may never end.
   void begun() { answering_ = asked_; }

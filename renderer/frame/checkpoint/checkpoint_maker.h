@@ -27,6 +27,9 @@ struct CheckpointOptions {
   // No memory for checkpoints, and none are made, before RenderLoop::prepare_checkpoints(), or an update of the
   // settings: clearing it takes as long as clearing a film, and a first sample would wait for both.
   bool prepare_later = false;
+  // Told how many seconds samples stood still for one; by a worker, with the loop's lock held: it returns at once and
+  // throws nothing.
+  std::function<void(double seconds)> paused = {};
 };
 
 class CheckpointMaker {
@@ -48,6 +51,9 @@ class CheckpointMaker {
   std::shared_ptr<Memory> set_memory(std::shared_ptr<Memory> memory) noexcept;
 
   CheckpointClock clock;
+  void tell_pause(double seconds) const {
+    if (options_.paused) options_.paused(seconds);
+  }
   // There is memory, and nobody holds what it has.
   bool free() const { return memory_ && !held_->load(std::memory_order_acquire); }
   const std::shared_ptr<Memory>& memory() const { return memory_; }

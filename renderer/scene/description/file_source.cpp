@@ -1,10 +1,15 @@
 #include "renderer/scene/description/file_source.h"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <map>
+
+#include "renderer/base/open_beneath.h"
 
 namespace helio {
 
@@ -38,6 +43,18 @@ Error too_large(std::uint64_t size, std::uint64_t max_bytes, const std::string& 
           where};
 }
 
+// Bytes that could be read.
+std::uint64_t read_all(int file, std::vector<std::uint8_t>& bytes) {
+  std::size_t have = 0;
+  while (have < bytes.size()) {
+    const ssize_t got = ::read(file, bytes.data() + have, bytes.size() - have);
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) break;
+    have += std::size_t(got);
+  }
+  return have;
+}
+
 class DirectorySource final : public FileSource {
  public:
   explicit DirectorySource(std::string directory) : directory_(directory.empty() ? "." : std::move(directory)) {}
@@ -56,19 +73,20 @@ class DirectorySource final : public FileSource {
       return Error{ErrorCode::permission_denied, "the file is a link that leaves the scene's folder", where};
     // Anything else (a pipe, a device) could block for ever.
     if (!fs::is_regular_file(full, error)) return Error{ErrorCode::not_found, "is not a regular file", where};
-    const std::uint64_t size = fs::file_size(full, error);
-    if (error) return missing;
-    if (size > max_bytes) return too_large(size, max_bytes, where);
-
-    std::ifstream file(full, std::ios::binary);
-    if (!file)
+    // The way has no links, and gets none between here and the file.
+    const FileDescriptor file =
+        open_beneath(root.string(), full.lexically_relative(root).generic_string(), O_RDONLY | O_NONBLOCK);
+    struct stat info {};
+    if (!file || ::fstat(file.get(), &info) != 0)
       return Error{ErrorCode::permission_denied, std::string("cannot be opened: ") + std::strerror(errno), where};
+    if (!S_ISREG(info.st_mode)) return Error{ErrorCode::not_found, "is not a regular file", where};
+    const auto size = std::uint64_t(info.st_size);
+    if (size > max_bytes) return too_large(size, max_bytes, where);
     std::vector<std::uint8_t> bytes(size);
-    file.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(size));
-    if (std::uint64_t(file.gcount()) != size)
+    const std::uint64_t have = read_all(file.get(), bytes);
+    if (have != size)
       return Error{ErrorCode::unavailable,
-                   "only " + std::to_string(file.gcount()) + " of " + std::to_string(size) + " bytes could be read",
-                   where};
+                   "only " + std::to_string(have) + " of " + std::to_string(size) + " bytes could be read", where};
     return bytes;
   }
 

@@ -1,9 +1,17 @@
-// What it costs the daemon to resolve, encode and send ten pictures a second.
+// What it costs the daemon to resolve, encode and send ten pictures a second, and to tell its metrics meanwhile.
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <fstream>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
 #include <thread>
 
 #include "renderer/base/clock.h"
@@ -25,6 +33,7 @@ constexpr int kViewsPerRun = 25;
 constexpr int kMostSuperseded = kViewsPerRun / 5;
 constexpr double kPicturesPerSecond = 10;
 constexpr double kCores = 2;  // that the share is told of
+constexpr auto kScrapeInterval = std::chrono::seconds(1);
 
 // A card of 64 x 36 squares with random vertex colours, unlit: one ray a sample, and noise in every pixel.
 Status write_card(const std::filesystem::path& file) {
@@ -103,6 +112,54 @@ struct Received {
   }
 };
 
+// One request of a program such as Prometheus; the bytes of its answer, 0: it was none.
+std::size_t scrape(const std::string& http_address) {
+  sockaddr_in to{};
+  to.sin_family = AF_INET;
+  to.sin_port = htons(std::uint16_t(std::stoi(http_address.substr(http_address.rfind(':') + 1))));
+  to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  const int peer = socket(AF_INET, SOCK_STREAM, 0);
+  std::string answer;
+  constexpr std::string_view kRequest = "GET /metrics HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
+  if (connect(peer, reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0 &&
+      send(peer, kRequest.data(), kRequest.size(), MSG_NOSIGNAL) == ssize_t(kRequest.size())) {
+    char piece[4096];
+    for (ssize_t n; (n = recv(peer, piece, sizeof piece, 0)) > 0;) answer.append(piece, std::size_t(n));
+  }
+  close(peer);
+  return answer.starts_with("HTTP/1.1 200 ") ? answer.size() : 0;
+}
+
+// Asks for the metrics once a second while it lives.
+class Scraper {
+ public:
+  explicit Scraper(std::string http_address)
+      : thread_([this, address = std::move(http_address)] {
+          std::unique_lock lock(mutex_);
+          do {
+            lock.unlock();
+            (scrape(address) > 0 ? answered_ : failed_)++;
+            lock.lock();
+          } while (!over_.wait_for(lock, kScrapeInterval, [this] { return stop_; }));
+        }) {}
+  ~Scraper() {
+    {
+      const std::lock_guard lock(mutex_);
+      stop_ = true;
+      over_.notify_all();
+    }
+    thread_.join();
+  }
+  bool works() const { return answered_ > 0 && failed_ == 0; }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable over_;
+  bool stop_ = false;
+  std::atomic<int> answered_ = 0, failed_ = 0;
+  std::thread thread_;
+};
+
 void set_view(pb::View& view, std::uint64_t id) {
   view.set_id(id);
   pb::CameraView& camera = *view.mutable_camera();
@@ -162,10 +219,12 @@ Result<Run> measure(DaemonProcess& daemon, RenderClient& client, FrameStream& st
 Status run_stream(BenchContext& context, Figures& figures) {
   const std::filesystem::path card = context.folder() / "card.gltf";
   if (const Status written = write_card(card); !written) return written;
-  auto daemon = DaemonProcess::start(context.options(), context.folder());
+  auto daemon = DaemonProcess::start(context.options(), context.folder(), {"--http", "127.0.0.1:0"});
   if (!daemon) return daemon.error();
   auto client = (*daemon)->connect();
   if (!client) return client.error();
+  const auto info = (*client)->server_info();
+  if (!info) return info.error();
   const auto scene = upload(**client, card);
   if (!scene) return scene.error();
 
@@ -203,12 +262,21 @@ Status run_stream(BenchContext& context, Figures& figures) {
   open.mutable_format()->set_compression(pb::COMPRESSION_NONE);
   const auto stream = (*client)->stream_frames(open, callbacks);
 
-  std::vector<double> share, estimates, rate;
+  std::vector<double> share, scraped_share, estimates, rate;
   std::uint64_t view_id = 0;
   for (int i = -1; i < context.options().repeat; ++i) {
     const auto run = measure(**daemon, **client, *stream, received, view_id);
     if (!run) return run.error();
+    // In turns, so that what else the machine does disturbs both alike.
+    const auto scraped = [&]() -> Result<Run> {
+      const Scraper scraper(info.value().http_address());
+      auto run = measure(**daemon, **client, *stream, received, view_id);
+      if (run && !scraper.works()) return Error{ErrorCode::internal, "/metrics gave no answer", "stream"};
+      return run;
+    }();
+    if (!scraped) return scraped.error();
     if (i < 0) continue;  // warm-up
+    scraped_share.push_back(scraped.value().seconds_per_picture / run.value().seconds_per_picture);
     share.push_back(100 * run.value().seconds_per_picture * kPicturesPerSecond / kCores);
     estimates.push_back(100 * run.value().estimating_per_picture * kPicturesPerSecond / kCores);
     rate.push_back(1e-6 * run.value().bytes_per_picture * kPicturesPerSecond);
@@ -216,6 +284,7 @@ Status run_stream(BenchContext& context, Figures& figures) {
   (void)stream->close(true);
   (void)stream->wait();
   figures.add({"stream.cpu_share", median(share), "%", 4.0, Better::lower});
+  figures.add({"stream.cpu_share.scraped", median(scraped_share), "x", 1.15, Better::lower});
   figures.add({"stream.cpu_share.of_error_estimates", median(estimates), "%", std::nullopt, Better::lower});
   figures.add({"stream.megabytes_per_second", median(rate), "MB/s", std::nullopt, Better::lower});
   return ok_status();

@@ -5,8 +5,8 @@
 #include <map>
 
 #include "client/cli/commands/compare_report.h"
-#include "client/comparison_csv.h"
-#include "client/comparison_record.h"
+#include "client/comparison/comparison_csv.h"
+#include "client/comparison/comparison_record.h"
 #include "client/report/comparison_report.h"
 #include "renderer/base/clock.h"
 #include "renderer/codec/sha256.h"

@@ -11,8 +11,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "client/comparison_folder.h"
-#include "client/comparison_record.h"
+#include "client/comparison/comparison_folder.h"
+#include "client/comparison/comparison_record.h"
 
 namespace helio::bench {
 namespace {

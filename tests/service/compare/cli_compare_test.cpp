@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "cli_test.h"
-#include "client/comparison_folder.h"
-#include "client/comparison_record.h"
+#include "client/comparison/comparison_folder.h"
+#include "client/comparison/comparison_record.h"
 #include "daemon_process.h"
 #include "renderer/codec/tile_codec.h"
 

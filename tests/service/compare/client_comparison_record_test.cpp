@@ -7,9 +7,9 @@
 #include <filesystem>
 #include <sstream>
 
-#include "client/comparison_csv.h"
-#include "client/comparison_folder.h"
-#include "client/comparison_record.h"
+#include "client/comparison/comparison_csv.h"
+#include "client/comparison/comparison_folder.h"
+#include "client/comparison/comparison_record.h"
 #include "process.h"
 #include "renderer/codec/checksum.h"
 #include "renderer/codec/tile_codec.h"

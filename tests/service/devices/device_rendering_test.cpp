@@ -174,6 +174,7 @@ TEST_F(DeviceRenderingTest, APictureGoesOnOnTheCpuWhenItsDeviceFails) {
   EXPECT_EQ(source_->device->traced, 3);
   ASSERT_EQ(notices.size(), 1u);
   EXPECT_EQ(notices.front(), "vulkan:1 (fake) failed: the device is lost; the picture goes on on the CPU");
+  EXPECT_EQ(rendering->failure(), notices.front());
 
   // Same samples, same bits: the fake one traces as the processor does.
   settings_.device = {};

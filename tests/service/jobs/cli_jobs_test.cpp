@@ -279,6 +279,73 @@ TEST_F(CliMerge, RefusesWhatCannotBeRenderedInParts) {
     EXPECT_NE(none.err.find(part), std::string::npos) << none.err;
 }
 
+TEST_F(CliJobs, SubmitFollowsAJobToItsEnd) {
+  DaemonProcess daemon(daemon_words());
+  const ProcessResult followed = heliograph(
+      at(daemon, {"submit", "quad.gltf", "--size", "40x48", "--samples", "8", "--watch"}));
+  EXPECT_EQ(followed.exit_code, 0) << followed.err;
+  EXPECT_NE(followed.out.find("succeeded"), std::string::npos) << followed.out;
+  EXPECT_EQ(followed.out.find("to follow it"), std::string::npos) << followed.out;
+  const auto json = heliograph_json(
+      at(daemon, {"submit", "quad.gltf", "--size", "40x48", "--samples", "8", "--watch"}));
+  EXPECT_EQ(json["state"], "succeeded");
+  EXPECT_EQ(json["results"].size(), 1u);
+
+  Process endless(HELIOGRAPH_PROGRAM,
+                  at(daemon, {"submit", "quad.gltf", "--size", "40x48", "--samples", endless_, "--watch"}),
+                  folder_.path());
+  ASSERT_TRUE(endless.wait_for_output("running")) << endless.errors();
+  endless.send_signal(SIGINT);
+  const ProcessResult interrupted = endless.wait(60);
+  EXPECT_EQ(interrupted.exit_code, 130) << interrupted.err;
+  EXPECT_NE(interrupted.err.find("goes on: heliograph job j-"), std::string::npos) << interrupted.err;
+  const auto running = heliograph_json(at(daemon, {"jobs", "--state", "running"}));
+  ASSERT_EQ(running["total"], 1);
+
+  Process canceled(HELIOGRAPH_PROGRAM,
+                   at(daemon, {"submit", "quad.gltf", "--size", "40x48", "--samples", endless_, "--watch"}),
+                   folder_.path());
+  ASSERT_TRUE(canceled.wait_for_output("running")) << canceled.errors();
+  const auto both = heliograph_json(at(daemon, {"jobs", "--state", "running"}));
+  ASSERT_EQ(both["jobs"].size(), 2u);
+  for (const auto& job : both["jobs"]) heliograph_json(at(daemon, {"job", job["job_id"], "--cancel"}));
+  const ProcessResult ended = canceled.wait(60);
+  EXPECT_EQ(ended.exit_code, 1) << ended.err;
+  EXPECT_NE(ended.err.find("the job was canceled"), std::string::npos) << ended.err;
+}
+
+// As of heliograph move: the same views.
+TEST_F(CliJobs, PathsByNameHaveAScaleAndAPivot) {
+  const DaemonProcess daemon(daemon_words());
+  const std::vector<std::string> path = {"--path", "orbit", "--steps", "3", "--step", "10", "--pivot", "0,0,1"};
+  std::vector<std::string> words = {"--samples", "2", "--watch"};
+  words.insert(words.end(), path.begin(), path.end());
+  const std::string id = submit(daemon, words);
+  EXPECT_EQ(heliograph_json(at(daemon, {"job", id, "--fetch", "j.#.exr"}))["views"], 4);
+  std::vector<std::string> moved = {"move", "quad.gltf", "--environment", "0,0,0",  "--size", "40x48", "--mode",
+                                    "pt",   "--samples", "2",             "--output", "m.#.exr"};
+  moved.insert(moved.end(), path.begin(), path.end());
+  EXPECT_EQ(heliograph_json(moved)["frames"].size(), 4u);
+  for (int view = 0; view < 4; ++view) {
+    const std::string number = std::to_string(view) + ".exr";
+    const auto job = read_exr(folder_ / ("j." + number), kMaxPixels);
+    const auto move = read_exr(folder_ / ("m." + number), kMaxPixels);
+    ASSERT_TRUE(job && move);
+    EXPECT_EQ(*job->find("R"), *move->find("R")) << view;
+  }
+  const auto refused = [&](std::vector<std::string> more, const std::string& problem) {
+    std::vector<std::string> words = {"submit", "quad.gltf", "--samples", "2"};
+    words.insert(words.end(), more.begin(), more.end());
+    const ProcessResult result = heliograph(at(daemon, words));
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_NE(result.err.find(problem), std::string::npos) << result.err;
+  };
+  refused({"--steps", "3"}, "--steps: is only valid with a --path by name");
+  refused({"--step", "3"}, "--step: is only valid with a --path by name");
+  refused({"--pivot", "0,0,0"}, "--pivot: is only valid with --path");
+  refused({"--path", "zoom", "--step", "0"}, "--path");
+}
+
 // Two daemons' jobs: parts and whole.
 TEST_F(CliJobs, PartsOfAJobAreTheWhole) {
   const DaemonProcess one(daemon_words());

@@ -1,9 +1,12 @@
 // Jobs that the daemon keeps: from submission to file.
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <set>
 
 #include "kept_jobs_fixture.h"
+#include "renderer/codec/checksum.h"
+#include "renderer/codec/tile_codec.h"
 
 namespace helio::test {
 namespace {
@@ -128,6 +131,43 @@ TEST_F(KeptJobsTest, NamesAllProblemsOfARequest) {
     expect_status(told, StatusCode::NOT_FOUND, {"j-none"});
   std::string file;
   expect_status(fetch("j-none", 0, &file), StatusCode::NOT_FOUND, {"j-none"});
+}
+
+// Who asks again gets the job, whatever has become of its scene meanwhile.
+TEST_F(KeptJobsTest, AClientTokenOutlivesItsScene) {
+  start_daemon();
+  const std::string scene = load_quad();
+  pb::SubmitJobRequest asked = request(scene, 16, 4);
+  asked.set_client_token("once");
+  const std::string id = submitted(asked);
+  ASSERT_EQ(wait_for(id, pb::JOB_STATE_SUCCEEDED).state(), pb::JOB_STATE_SUCCEEDED);
+  pb::UnloadSceneRequest unload;
+  unload.set_scene_id(scene);
+  pb::UnloadSceneResponse unloaded;
+  ASSERT_TRUE(eventually([&] { return call(&pb::RenderService::Stub::UnloadScene, unload, &unloaded).ok(); }));
+  pb::SubmitJobResponse again;
+  const grpc::Status status = submit(asked, &again);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(again.job().job_id(), id);
+  EXPECT_TRUE(again.already_there());
+}
+
+TEST_F(KeptJobsTest, IsForgottenOnceItsDaysAreOver) {
+  start_daemon();
+  const std::string id = submitted(request(load_quad(), 16, 4));
+  ASSERT_EQ(wait_for(id, pb::JOB_STATE_SUCCEEDED).state(), pb::JOB_STATE_SUCCEEDED);
+  restart(10, [](ServerConfig& config) { config.keep_jobs_days = 1; });
+  pb::GetJobRequest get;
+  get.set_job_id(id);
+  pb::Job known;
+  const auto is_known = [&] { return call(&pb::RenderService::Stub::GetJob, get, &known).ok(); };
+  // The first look comes before the first job begins.
+  wait_for(submitted(request(load_quad(), 16, 4)), pb::JOB_STATE_SUCCEEDED);
+  EXPECT_TRUE(is_known());
+  EXPECT_TRUE(fs::exists(folder_ / ("state/results/" + id + "/0.exr")));
+  restart(10, [](ServerConfig& config) { config.keep_jobs_days = 1e-7; });
+  EXPECT_TRUE(eventually([&] { return !is_known(); }));
+  EXPECT_TRUE(eventually([&] { return !fs::exists(folder_ / ("state/results/" + id)); }));
 }
 
 TEST_F(KeptJobsTest, AClientTokenAnswersTheSameJob) {
@@ -347,6 +387,226 @@ TEST_F(KeptJobsTest, DetachOutlivesItsCall) {
   EXPECT_EQ(messages[1].view_result().view(), 0u);
   EXPECT_EQ(messages[2].result().view(), 1u);
   EXPECT_EQ(messages[2].result().end().reason(), pb::END_REASON_SAMPLES);
+}
+
+// ---- GetResult as tiles
+
+struct Tiles {
+  pb::JobView view;
+  std::vector<pb::Tile> tiles;
+  grpc::Status status;
+};
+
+class JobTilesTest : public KeptJobsTest {
+ protected:
+  Tiles tiles(const std::string& id, const std::function<void(pb::GetResultRequest&)>& change = {}) {
+    pb::GetResultRequest request;
+    request.set_job_id(id);
+    request.mutable_tiles()->mutable_format()->set_pixel_type(pb::PIXEL_TYPE_FLOAT);
+    if (change) change(request);
+    grpc::ClientContext context;
+    auto reader = stub().GetResult(&context, request);
+    pb::GetResultResponse response;
+    Tiles got;
+    while (reader->Read(&response)) {
+      if (response.has_begin()) got.view = response.begin();
+      if (response.has_tile()) got.tiles.push_back(response.tile());
+      EXPECT_FALSE(response.response_case() == pb::GetResultResponse::kData);
+    }
+    got.status = reader->Finish();
+    return got;
+  }
+  static Result<DecodedTile> decoded(const std::string& exr) {
+    return decode_tile({reinterpret_cast<const std::uint8_t*>(exr.data()), exr.size()}, 1 << 24);
+  }
+  // Every pixel of a tile is that of the picture.
+  static void expect_part(const pb::Tile& tile, const DecodedTile& whole) {
+    EXPECT_EQ(crc32_of(reinterpret_cast<const std::uint8_t*>(tile.exr().data()), tile.exr().size()), tile.crc32());
+    const auto part = decoded(tile.exr());
+    ASSERT_TRUE(part.ok()) << part.error().to_string();
+    const PixelRect& w = part->header.data_window;
+    const PixelRect told{tile.window().x0(), tile.window().y0(), tile.window().x1(), tile.window().y1()};
+    EXPECT_TRUE(w == told);
+    EXPECT_LE(std::max(w.width(), w.height()), 128);
+    for (std::size_t c = 0; c < part->names.size(); ++c) {
+      const auto* from = whole.find(part->names[c]);
+      ASSERT_TRUE(from) << part->names[c];
+      std::size_t wrong = 0;
+      for (int y = w.y0; y < w.y1; ++y) {
+        for (int x = w.x0; x < w.x1; ++x) {
+          const float a = part->channels[c][std::size_t((y - w.y0) * w.width() + x - w.x0)];
+          const PixelRect& all = whole.header.data_window;
+          const float b = (*from)[std::size_t((y - all.y0) * all.width() + x - all.x0)];
+          wrong += !(a == b || (std::isnan(a) && std::isnan(b)));
+        }
+      }
+      EXPECT_EQ(wrong, 0u) << part->names[c];
+    }
+  }
+};
+
+TEST_F(JobTilesTest, OfAViewThatIsDoneHaveThePixelsOfItsFile) {
+  start_daemon();
+  pb::SubmitJobRequest asked = request(load_scene(), 200, 2);
+  asked.mutable_job()->mutable_format()->set_pixel_type(pb::PIXEL_TYPE_FLOAT);
+  asked.mutable_job()->mutable_settings()->mutable_region()->set_x0(5);
+  asked.mutable_job()->mutable_settings()->mutable_region()->set_x1(200);
+  asked.mutable_job()->mutable_settings()->mutable_region()->set_y1(150);
+  const std::string id = submitted(asked);
+  ASSERT_EQ(wait_for(id, pb::JOB_STATE_SUCCEEDED).state(), pb::JOB_STATE_SUCCEEDED);
+  const auto whole = decoded(result(id));
+  ASSERT_TRUE(whole.ok());
+  const Tiles all = tiles(id);
+  ASSERT_TRUE(all.status.ok()) << all.status.error_message();
+  EXPECT_EQ(all.view.sha256(), job(id).results(0).sha256());
+  EXPECT_EQ(all.view.end().reason(), pb::END_REASON_SAMPLES);
+  ASSERT_EQ(all.tiles.size(), 4u);
+  std::int64_t area = 0;
+  for (const pb::Tile& tile : all.tiles) {
+    expect_part(tile, *whole);
+    EXPECT_TRUE(tile.final());
+    EXPECT_EQ(tile.samples_per_pixel(), 2u);
+    area += std::int64_t(tile.window().x1() - tile.window().x0()) * (tile.window().y1() - tile.window().y0());
+  }
+  EXPECT_EQ(area, 195 * 150);
+
+  const Tiles part = tiles(id, [](pb::GetResultRequest& request) {
+    pb::Rect& window = *request.mutable_tiles()->mutable_window();
+    window.set_x0(120), window.set_y0(7), window.set_x1(140), window.set_y1(9);
+    request.mutable_tiles()->mutable_format()->set_without_variance(true);
+    request.mutable_tiles()->mutable_format()->set_depth(true);  // which the file has not
+    request.mutable_tiles()->mutable_format()->set_compression(pb::COMPRESSION_ZIP);
+  });
+  ASSERT_TRUE(part.status.ok()) << part.status.error_message();
+  ASSERT_EQ(part.tiles.size(), 2u);
+  for (const pb::Tile& tile : part.tiles) expect_part(tile, *whole);
+  EXPECT_EQ(decoded(part.tiles[0].exr())->names.size(), 4u);  // R, G, B, samples
+
+  const auto refused = [&](int x0, int y0, int x1, int y1) {
+    return tiles(id, [&](pb::GetResultRequest& request) {
+             pb::Rect& window = *request.mutable_tiles()->mutable_window();
+             window.set_x0(x0), window.set_y0(y0), window.set_x1(x1), window.set_y1(y1);
+           })
+        .status;
+  };
+  expect_status(refused(0, 0, 10, 10), StatusCode::INVALID_ARGUMENT,
+                {"tiles.window", "[0, 10)", "[5, 200) x [0, 150)"});
+  expect_status(refused(20, 20, 20, 30), StatusCode::INVALID_ARGUMENT, {"tiles.window"});
+  expect_status(tiles(id, [](auto& request) { request.set_view(1); }).status, StatusCode::NOT_FOUND, {"view: 1"});
+}
+
+// The checkpoint of a job that waits shows the picture that so many samples make.
+TEST_F(JobTilesTest, OfAPausedJobAreItsNewestCheckpoint) {
+  start_daemon();
+  pb::SubmitJobRequest asked = request(load_scene(), 48, kNoEnd);
+  const std::string id = submitted(asked);
+  wait_for_samples(id, 4);
+  ASSERT_TRUE(pause(id).ok());
+  ASSERT_EQ(wait_for(id, pb::JOB_STATE_PAUSED).state(), pb::JOB_STATE_PAUSED);
+  const Tiles got = tiles(id);
+  ASSERT_TRUE(got.status.ok()) << got.status.error_message();
+  ASSERT_EQ(got.tiles.size(), 1u);
+  EXPECT_EQ(got.view.sha256(), "");
+  const auto samples = got.view.end().totals().samples_per_pixel();
+  EXPECT_GE(samples, 4u);
+  EXPECT_FALSE(got.tiles[0].final());
+  EXPECT_EQ(got.tiles[0].samples_per_pixel(), samples);
+
+  pb::RunJobRequest same = asked.job();
+  same.mutable_budget()->set_samples(samples);
+  same.mutable_format()->set_pixel_type(pb::PIXEL_TYPE_FLOAT);
+  grpc::ClientContext context;
+  auto reader = stub().RunJob(&context, same);
+  pb::RunJobResponse answer;
+  std::string tile;
+  while (reader->Read(&answer)) {
+    if (answer.has_tile()) tile = answer.tile().exr();
+  }
+  ASSERT_TRUE(reader->Finish().ok());
+  EXPECT_TRUE(same_picture(got.tiles[0].exr(), tile));
+
+  // How far it is outlives the attempt, and the daemon.
+  const auto expect_known = [&] {
+    const pb::Job known = job(id);
+    EXPECT_EQ(known.state(), pb::JOB_STATE_PAUSED);
+    EXPECT_EQ(known.progress().samples_per_pixel(), samples);
+    EXPECT_EQ(known.progress().samples_per_second(), 0);
+    EXPECT_TRUE(known.progress().error().known());
+    EXPECT_GE(known.checkpoint_s(), known.started_s());
+  };
+  expect_known();
+  restart();
+  expect_known();
+}
+
+// The first report of the next attempt, which comes within a quarter of a second, tells the samples of all before.
+TEST_F(JobTilesTest, AResumedJobDoesNotGoBack) {
+  start_daemon();
+  const std::string id = submitted(request(load_quad(), 16, kNoEnd));
+  ASSERT_TRUE(eventually([&] { return job(id).progress().seconds() > 1.5; }));
+  ASSERT_TRUE(pause(id).ok());
+  ASSERT_EQ(wait_for(id, pb::JOB_STATE_PAUSED).state(), pb::JOB_STATE_PAUSED);
+  const pb::Progress reached = job(id).progress();
+  ASSERT_TRUE(resume(id).ok());
+  pb::Job now;
+  ASSERT_TRUE(eventually([&] {
+    now = job(id);
+    return now.state() == pb::JOB_STATE_RUNNING && now.progress().samples_per_second() > 0;
+  }));
+  EXPECT_GE(now.progress().samples_per_pixel(), reached.samples_per_pixel());
+  EXPECT_GE(now.progress().seconds(), reached.seconds());
+}
+
+TEST_F(JobTilesTest, OfARunningJobComeOnceItHasACheckpoint) {
+  start_daemon();
+  const std::string id = submitted(request(load_scene(), 32, kNoEnd));
+  wait_for_samples(id, 1);
+  Tiles got;
+  ASSERT_TRUE(eventually([&] {
+    got = tiles(id);
+    if (!got.status.ok()) expect_status(got.status, StatusCode::UNAVAILABLE, {"no checkpoint so far; try again in"});
+    return got.status.ok();
+  }));
+  EXPECT_EQ(got.tiles.size(), 1u);
+  pb::SubmitJobRequest reusing = request(load_quad(), 32, kNoEnd);
+  reusing.mutable_job()->mutable_settings()->set_mode(pb::MODE_REPROJECT);
+  const std::string other = submitted(reusing);
+  wait_for_samples(other, 1);
+  expect_status(tiles(other).status, StatusCode::FAILED_PRECONDITION, {"view 0 is not done", "mode reproject"});
+}
+
+// ---- what kills leave
+
+TEST_F(KeptJobsTest, TemporaryFilesGoAndPicturesOfUnknownJobsAreNamed) {
+  start_daemon([](ServerConfig& config) { config.max_jobs = 0; });
+  pb::SubmitJobRequest asked = request(load_quad(), 16, 4);
+  asked.mutable_output()->set_path("walk.exr");
+  const std::string id = submitted(asked);
+  server_->drain(10);
+  server_.reset();
+  const std::string known = folder_ / ("state/results/" + id);
+  const std::string old = folder_ / "state/results/j-0123456789abcdef01234567";
+  const std::string young = folder_ / "state/results/j-aaaaaaaaaaaaaaaaaaaaaaaa";
+  const std::string strange = folder_ / "state/results/j-bbbbbbbbbbbbbbbbbbbbbbbb";
+  for (const std::string& folder : {known, old, young, strange}) fs::create_directories(folder);
+  constexpr const char* kGone = ".tmp-999999999-1";  // more than any process has
+  for (const std::string& file : {known + "/0.exr" + kGone, old + "/0.exr", young + "/0.exr", strange + "/mine.txt",
+                                  out(std::string("walk.exr") + kGone), out(std::string("other.exr") + kGone),
+                                  out("walk.exr.tmp-1-1"), out("walk.exr.tmp-mine")}) {
+    write_file(file, "x");
+  }
+  const auto long_ago = fs::file_time_type::clock::now() - std::chrono::hours(24 * 31);
+  fs::last_write_time(old + "/0.exr", long_ago);
+  fs::last_write_time(strange + "/mine.txt", long_ago);
+  start_daemon([](ServerConfig& config) { config.max_jobs = 0; });
+  EXPECT_FALSE(fs::exists(known + "/0.exr" + kGone));
+  EXPECT_FALSE(fs::exists(old));
+  EXPECT_TRUE(fs::exists(young + "/0.exr"));
+  EXPECT_TRUE(fs::exists(strange + "/mine.txt")) << "no daemon made it";
+  EXPECT_FALSE(fs::exists(out(std::string("walk.exr") + kGone)));
+  EXPECT_TRUE(fs::exists(out(std::string("other.exr") + kGone))) << "no job was about to write it";
+  EXPECT_TRUE(fs::exists(out("walk.exr.tmp-1-1"))) << "the process lives";
+  EXPECT_TRUE(fs::exists(out("walk.exr.tmp-mine")));
 }
 
 TEST_F(KeptJobsTest, WithoutAStateFolderNothingIsKept) {

@@ -2,12 +2,15 @@
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
+#include <openssl/pem.h>
+#include <openssl/ssl.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/time.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace helio::test {
 namespace {
@@ -41,6 +44,30 @@ WebPeer::WebPeer(const std::string& address) {
   }
 }
 
+WebPeer::WebPeer(const std::string& address, const WebTrust& trust) : WebPeer(address) {
+  const std::unique_ptr<SSL_CTX, void (*)(SSL_CTX*)> context(SSL_CTX_new(TLS_client_method()), SSL_CTX_free);
+  const auto reader = [](const std::string& text) {
+    return std::unique_ptr<BIO, int (*)(BIO*)>(BIO_new_mem_buf(text.data(), int(text.size())), BIO_free);
+  };
+  const std::unique_ptr<X509, void (*)(X509*)> ca(PEM_read_bio_X509(reader(trust.ca).get(), nullptr, nullptr, nullptr),
+                                                  X509_free);
+  X509_STORE_add_cert(SSL_CTX_get_cert_store(context.get()), ca.get());
+  SSL_CTX_set_verify(context.get(), SSL_VERIFY_PEER, nullptr);
+  if (!trust.certificate.empty()) {
+    const std::unique_ptr<X509, void (*)(X509*)> own(
+        PEM_read_bio_X509(reader(trust.certificate).get(), nullptr, nullptr, nullptr), X509_free);
+    const std::unique_ptr<EVP_PKEY, void (*)(EVP_PKEY*)> key(
+        PEM_read_bio_PrivateKey(reader(trust.key).get(), nullptr, nullptr, nullptr), EVP_PKEY_free);
+    SSL_CTX_use_certificate(context.get(), own.get());
+    SSL_CTX_use_PrivateKey(context.get(), key.get());
+  }
+  tls_.reset(SSL_new(context.get()), SSL_free);
+  SSL_set_fd(tls_.get(), socket_);
+  if (SSL_connect(tls_.get()) == 1) return;
+  tls_.reset();
+  close(std::exchange(socket_, -1));
+}
+
 WebPeer::~WebPeer() {
   if (socket_ >= 0) close(socket_);
 }
@@ -48,7 +75,8 @@ WebPeer::~WebPeer() {
 bool WebPeer::send(const std::string& bytes) {
   std::size_t sent = 0;
   while (socket_ >= 0 && sent < bytes.size()) {
-    const ssize_t n = ::send(socket_, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
+    const ssize_t n = tls_ ? SSL_write(tls_.get(), bytes.data() + sent, int(bytes.size() - sent))
+                           : ::send(socket_, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
     if (n <= 0) return false;
     sent += std::size_t(n);
   }
@@ -57,9 +85,10 @@ bool WebPeer::send(const std::string& bytes) {
 
 bool WebPeer::fill() {
   pollfd readable{socket_, POLLIN, 0};
-  if (socket_ < 0 || poll(&readable, 1, kPatienceMs) != 1) return false;
+  const bool waits = !tls_ || SSL_pending(tls_.get()) == 0;
+  if (socket_ < 0 || (waits && poll(&readable, 1, kPatienceMs) != 1)) return false;
   char bytes[65536];
-  const ssize_t n = recv(socket_, bytes, sizeof bytes, 0);
+  const ssize_t n = tls_ ? SSL_read(tls_.get(), bytes, sizeof bytes) : recv(socket_, bytes, sizeof bytes, 0);
   if (n <= 0) return false;
   buffered_.append(bytes, std::size_t(n));
   return true;

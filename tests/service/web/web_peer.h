@@ -3,8 +3,11 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
+
+struct ssl_st;
 
 namespace helio::test {
 
@@ -22,9 +25,17 @@ struct WebFrame {
   std::string close_reason() const;
 };
 
+// What a browser that speaks TLS has. PEM; of the last two empty: it shows no certificate.
+struct WebTrust {
+  std::string ca;  // of whom it trusts
+  std::string certificate, key;
+};
+
 class WebPeer {
  public:
   explicit WebPeer(const std::string& address);  // HOST:PORT of 127.0.0.1
+  // By TLS. Where the handshake fails, everything else does.
+  WebPeer(const std::string& address, const WebTrust& trust);
   ~WebPeer();
   WebPeer(const WebPeer&) = delete;
   WebPeer& operator=(const WebPeer&) = delete;
@@ -51,6 +62,7 @@ class WebPeer {
   bool fill();
 
   int socket_ = -1;
+  std::shared_ptr<ssl_st> tls_;  // null: without
   std::string buffered_;
 };
 

@@ -188,7 +188,8 @@ TEST_F(WebServerTest, BoundsItsConnectionsAndTheirPatience) {
   options.patience_s = 0.3;
   auto web = WebServer::listen(options);
   ASSERT_TRUE(web.ok());
-  (*web)->serve(server_->in_process_channel(), [] { return true; });
+  (*web)->serve({});
+  (*web)->open(server_->in_process_channel());
   {
     WebPeer silent((*web)->address()), slow((*web)->address());
     slow.send("GET / HTTP/1.1\r\nHost: loc");
@@ -216,6 +217,7 @@ TEST_F(WebServerTest, SaysWhereItCannotListen) {
   EXPECT_EQ(second.error().code, ErrorCode::unavailable);
   EXPECT_EQ(second.error().where, "http");
   config.http = "0.0.0.0:0";
+  config.insecure = true;
   const auto open = Server::start(config);
   ASSERT_FALSE(open.ok());
   EXPECT_NE(open.error().message.find("--token-file"), std::string::npos) << open.error().message;

@@ -375,10 +375,38 @@ TEST_F(CheckpointLoop, FollowsTheSettings) {
   EXPECT_EQ(made(), 1);
 }
 
+// As of a session when its daemon drains: the picture may have come to its end long before.
+TEST_F(CheckpointLoop, BeginInALoopThatWasMadeWithoutThem) {
+  hold_ = true;
+  RenderLoopOptions without = options(0);
+  const CheckpointOptions checkpoints = *std::exchange(without.checkpoints, std::nullopt);
+  const RenderSettings settings = film_of(64, 48);
+  RenderLoop loop(engine_, fake_.function(), settings, samples(13), RenderRank::interactive, sink_, without);
+  ASSERT_TRUE(sink_->wait_for_end(loop.update(view(0))));
+  const std::size_t before = loop.memory_bytes();
+  loop.begin_checkpoints(checkpoints);
+  loop.begin_checkpoints({});  // it makes some already
+  EXPECT_EQ(loop.memory_bytes(), before + checkpoint_bytes(settings));
+  loop.checkpoint_soon();
+  RenderLoop::Update same;
+  same.budget = samples(13);
+  const auto end = sink_->wait_for_end(loop.update(same));
+  ASSERT_TRUE(end);
+  EXPECT_EQ(made(), 1) << "the budget was reached, and somebody asked";
+  EXPECT_EQ(end->progress.samples_per_pixel, 13u);
+  ASSERT_TRUE(held_);
+  EXPECT_EQ(held_->samples(), 13u * 64 * 48) << "no sample more";
+}
+
 // Frames are superseded and cancelled at any moment, copies among them. Whatever was kept is whole.
-TEST_F(CheckpointLoop, IsNeverHalfACopy) {
+class CutCheckpoint : public CheckpointLoop, public testing::WithParamInterface<RenderMode> {};
+
+TEST_P(CutCheckpoint, IsNeverHalfACopy) {
   std::vector<std::vector<std::uint8_t>> kept;
-  const RenderSettings settings = film_of(96, 64);
+  RenderSettings settings = film_of(96, 64);
+  settings.mode = GetParam();
+  settings.adaptive.min_samples = 8;
+  fake_.noisy_from = 0.5f;
   {
     RenderLoopOptions with = options(0);
     with.checkpoints->keep = [&](auto checkpoint) {
@@ -404,6 +432,9 @@ TEST_F(CheckpointLoop, IsNeverHalfACopy) {
     ASSERT_TRUE(decoded(bytes, settings));
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(Modes, CutCheckpoint, testing::Values(RenderMode::pt, RenderMode::adaptive),
+                         [](const auto& info) { return std::string(to_string(info.param)); });
 
 class Resuming : public CheckpointLoop {
  protected:

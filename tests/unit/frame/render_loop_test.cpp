@@ -321,6 +321,46 @@ TEST_F(RenderLoopTest, InvalidSamplesAreCountedOverAllFrames) {
   }
 }
 
+// Of all loops, whatever became of their pictures; pieces that a newer view cut short are in no film.
+TEST_F(RenderLoopTest, TheEngineCountsWhatWentIntoFilms) {
+  integrator.seconds_per_sample = 0.2e-6;
+  integrator.invalid_share = 0.01;
+  std::uint64_t invalid = 0;
+  for (int round = 0; round < 2; ++round) {
+    const auto loop = make(film_of(256, 256), samples(16));
+    for (int i = 1; i <= 20; ++i) {
+      loop->update(view_update(std::uint64_t(i), i));
+      std::this_thread::sleep_for(std::chrono::milliseconds(i % 7));
+    }
+    ASSERT_TRUE(sink->wait_for_end(loop->update(view_update(21, 0))));
+    invalid += loop->invalid_samples();
+    sink = std::make_shared<RecordingSink>();
+  }
+  const RenderTotals totals = engine.totals();
+  EXPECT_GT(integrator.counters->cancelled, 0u);
+  EXPECT_EQ(totals.samples, integrator.counters->samples);
+  EXPECT_EQ(totals.rays, integrator.counters->samples);
+  EXPECT_EQ(totals.invalid_samples, invalid);
+}
+
+// changed_s: of frames that show another picture than the one before.
+TEST_F(RenderLoopTest, AFrameTellsWhenItsPictureWasAskedFor) {
+  const auto loop = make(film_of(64, 64), samples(4));
+  const double before = now_s();
+  ASSERT_TRUE(sink->wait_for_end(loop->update(view_update(1, 0))));
+  const double between = now_s();
+  ASSERT_TRUE(sink->wait_for_end(loop->update(budget_update(samples(8)))));
+  ASSERT_TRUE(sink->wait_for_end(loop->update(view_update(2, 0))));  // the same camera
+  loop->republish();
+  ASSERT_TRUE(sink->wait([&] { return sink->ends.size() == 4; }));
+  ASSERT_TRUE(sink->wait_for_end(loop->update(view_update(3, 1))));
+  ASSERT_EQ(sink->begins.size(), 5u);
+  EXPECT_GE(sink->begins[0].changed_s, before);
+  EXPECT_LE(sink->begins[0].changed_s, between);
+  for (const std::size_t i : {1, 2, 3}) EXPECT_EQ(sink->begins[i].changed_s, 0) << i;
+  EXPECT_GE(sink->begins[4].changed_s, between);
+}
+
 TEST_F(RenderLoopTest, ANewViewSupersedesAndNoOlderTileFollows) {
   integrator.seconds_per_sample = 0.2e-6;
   const auto loop = make(film_of(256, 256), samples(64));

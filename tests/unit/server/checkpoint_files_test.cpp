@@ -35,6 +35,29 @@ class CheckpointFilesTest : public testing::Test {
   CheckpointFiles files_{path_};
 };
 
+TEST_F(CheckpointFilesTest, HeadsAreReadWithoutTheBody) {
+  EXPECT_TRUE(files_.job_ids().empty());
+  EXPECT_FALSE(files_.read_head("job").file);
+  write("job", "one", Bytes(3 << 20, 7));
+  write("job", "two", Bytes(3 << 20, 8));
+  write("another", "", {});
+  EXPECT_EQ(files_.job_ids(), (std::vector<std::string>{"another", "job"}));
+  std::string bytes = read_file(slot(".b"));
+  bytes.back() ^= 1;
+  write_file(slot(".b"), bytes);
+  const auto head = files_.read_head("job");
+  ASSERT_TRUE(head.file);
+  EXPECT_EQ(head.file->header, "two");
+  EXPECT_EQ(head.file->number, 2u);
+  EXPECT_TRUE(head.file->body.empty());
+  EXPECT_TRUE(head.damaged.empty());
+  EXPECT_EQ(read("job").file->header, "one") << "the body of the newest is damaged";
+  bytes[50] ^= 1;
+  write_file(slot(".b"), bytes);
+  EXPECT_EQ(files_.read_head("job").file->header, "one");
+  EXPECT_EQ(files_.read_head("job").damaged.size(), 1u);
+}
+
 TEST_F(CheckpointFilesTest, TheNewestIsRead) {
   EXPECT_FALSE(read("job").file);
   EXPECT_TRUE(read("job").damaged.empty());
@@ -46,6 +69,7 @@ TEST_F(CheckpointFilesTest, TheNewestIsRead) {
     EXPECT_EQ(newest.file->header, "header " + std::to_string(i));
     EXPECT_EQ(newest.file->body, Bytes(i * 10, i));
     EXPECT_TRUE(newest.damaged.empty());
+    EXPECT_EQ(files_.look("job", kMax).file->body, newest.file->body);
   }
   const auto before = files_.read_before("job", 5, kMax);
   ASSERT_TRUE(before.file);

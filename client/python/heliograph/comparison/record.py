@@ -1,5 +1,5 @@
 """The record of a comparison (CompareRecord): its text, and what becomes of it when more is asked for. As the command
-`heliograph compare` has it (client/comparison_record.cpp), so that both go on with each other's folders."""
+`heliograph compare` has it (client/comparison/comparison_record.cpp), so that both go on with each other's folders."""
 
 from __future__ import annotations
 

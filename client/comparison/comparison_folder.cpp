@@ -1,4 +1,4 @@
-#include "client/comparison_folder.h"
+#include "client/comparison/comparison_folder.h"
 
 #include <fcntl.h>
 #include <spdlog/fmt/fmt.h>
@@ -12,8 +12,8 @@
 #include <system_error>
 #include <utility>
 
-#include "client/comparison_csv.h"
-#include "client/comparison_record.h"
+#include "client/comparison/comparison_csv.h"
+#include "client/comparison/comparison_record.h"
 #include "renderer/base/clock.h"
 #include "renderer/codec/atomic_file.h"
 #include "renderer/codec/tile_codec.h"

@@ -1,4 +1,4 @@
-#include "client/comparison_record.h"
+#include "client/comparison/comparison_record.h"
 
 #include <google/protobuf/util/json_util.h>
 #include <google/protobuf/util/message_differencer.h>

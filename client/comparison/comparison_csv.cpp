@@ -1,4 +1,4 @@
-#include "client/comparison_csv.h"
+#include "client/comparison/comparison_csv.h"
 
 #include <spdlog/fmt/fmt.h>
 
@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "client/comparison_record.h"
+#include "client/comparison/comparison_record.h"
 #include "client/enum_names.h"
 
 namespace helio {
