@@ -17,6 +17,7 @@
 #include "server/base/log_format.h"
 #include "server/base/retry.h"
 #include "server/jobs/job_messages.h"
+#include "server/jobs/kept_checkpoint.h"
 #include "server/jobs/leftovers.h"
 #include "server/sessions/session_registry.h"
 #include "server/stream/settings_messages.h"
@@ -31,7 +32,6 @@ constexpr double kTryAgainSeconds = 1;   // where the state folder takes no row
 constexpr int kMostDoublings = 7;        // of the wait of a job that lacked something
 constexpr char kDaemonEnded[] = "the daemon ended while it ran";
 constexpr char kNoThread[] = "the machine had no thread or memory for it";
-constexpr std::uint64_t kHeaderBytes = 1 << 20;  // of a checkpoint file, at most
 constexpr double kFreshSeconds = 2;      // age of a running job's checkpoint that is shown as it is
 
 bool has_control(const std::string& text) {
@@ -456,7 +456,7 @@ Result<DurableJobs::ResultTiles> DurableJobs::tiles(const pb::GetResultRequest& 
   if (!problems.empty()) return problems.to_error();
 
   const std::uint64_t planes = std::uint64_t(region.area()) * 32 * sizeof(float);  // of a file, with all its channels
-  const std::uint64_t checkpoint = checkpoint_bytes(wanted.settings) + kHeaderBytes;
+  const std::uint64_t checkpoint = checkpoint_bytes(wanted.settings) + kMostHeaderBytes;
   auto memory = core_.memory.reserve_with_room(
       std::max(2 * planes, film_bytes(wanted.settings) + checkpoint), "the picture of a job");
   if (!memory) return memory.error();

@@ -15,14 +15,13 @@
 #include "server/base/build_info.h"
 #include "server/base/guarded.h"
 #include "server/base/retry.h"
+#include "server/jobs/kept_checkpoint.h"
 #include "server/jobs/load_kept_scene.h"
 
 namespace helio {
 namespace {
 
 constexpr std::chrono::milliseconds kCurveInterval(250);  // between looks at the error of a view
-
-constexpr std::uint64_t kHeaderBytes = 1 << 20;  // of a checkpoint file, at most
 
 bool may_go_away(const Error& error) {
   return error.code == ErrorCode::resource_exhausted || error.code == ErrorCode::unavailable;
@@ -222,7 +221,7 @@ Result<JobAttempt::Resumed> JobAttempt::find_checkpoint(std::uint32_t view) {
   Resumed resumed;
   const JobPlan& plan = planned_->plan;
   const std::uint64_t file = std::uint64_t(plan.settings.rendered_region().area()) * plan.format.planes() * 8;
-  const std::uint64_t most = std::max(checkpoint_bytes(plan.settings), file) + kHeaderBytes;
+  const std::uint64_t most = std::max(checkpoint_bytes(plan.settings), file) + kMostHeaderBytes;
   auto memory = account().reserve_with_room(most, "the checkpoint of a job", MemoryOwner::checkpoints);
   if (!memory) return memory.error();
   auto newest = stores_.checkpoints.read(record_.id, most);
@@ -245,13 +244,7 @@ Result<JobAttempt::Resumed> JobAttempt::find_checkpoint(std::uint32_t view) {
                                    : Status(picture.error());
       if (suits.ok()) {
         resumed.header = *header;
-        // Counted until the render loop has let go of it.
-        struct Counted {
-          Reservation memory;
-          PictureCheckpoint picture;
-        };
-        const auto counted = std::make_shared<Counted>(std::move(*memory), std::move(*picture));
-        resumed.picture = {counted, &counted->picture};
+        resumed.picture = counted(std::move(*memory), std::move(*picture));
         return resumed;
       }
       useless = suits.error().to_string();

@@ -13,6 +13,7 @@
 #include "server/base/grpc_status.h"
 #include "server/base/guarded.h"
 #include "server/jobs/job_attempt.h"
+#include "server/jobs/kept_checkpoint.h"
 #include "server/jobs/load_kept_scene.h"
 
 namespace helio {
@@ -22,7 +23,6 @@ namespace {
 constexpr std::size_t kKeepers = 4;
 constexpr double kAgainSeconds = 0.25;    // until the loader may have a place
 constexpr double kRestartSeconds = 1;     // after which a client may ask for its session again
-constexpr std::uint64_t kHeaderBytes = 1 << 20;  // of a file, at most
 constexpr auto kLook = std::chrono::milliseconds(5);
 
 }  // namespace
@@ -112,7 +112,7 @@ Status SessionKeeper::make_again(const Found& found) {
   std::shared_ptr<const PictureCheckpoint> picture;
   std::string lost = record.without;
   if (record.view && lost.empty()) {
-    const std::uint64_t most = checkpoint_bytes(record.settings) + kHeaderBytes;
+    const std::uint64_t most = checkpoint_bytes(record.settings) + kMostHeaderBytes;
     auto memory = core_.memory_of(record.owner).reserve_with_room(most, "the picture of a session", MemoryOwner::checkpoints);
     auto newest = memory ? files_.read(found.id, most) : CheckpointFiles::Newest();
     for (const std::string& line : newest.damaged) lost += (lost.empty() ? "" : "; ") + line;
@@ -121,15 +121,7 @@ Status SessionKeeper::make_again(const Found& found) {
     } else if (newest.file && !newest.file->body.empty()) {
       auto decoded = PictureCheckpoint::decode(std::move(newest.file->body), record.settings);
       if (!decoded) lost = decoded.error().to_string();
-      if (decoded) {
-        // Counted until the render loop has let go of it.
-        struct Counted {
-          Reservation memory;
-          PictureCheckpoint picture;
-        };
-        const auto counted = std::make_shared<Counted>(Counted{std::move(*memory), std::move(*decoded)});
-        picture = {counted, &counted->picture};
-      }
+      if (decoded) picture = counted(std::move(*memory), std::move(*decoded));
     }
   }
   const SessionOwner owner{record.owner, core_.access.quotas_of(record.owner).sessions};
