@@ -1,5 +1,6 @@
 #include "server/app/daemon.h"
 
+#include <fcntl.h>
 #include <grpc/support/log.h>
 #include <malloc.h>
 #include <pthread.h>
@@ -8,6 +9,7 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
@@ -47,18 +49,38 @@ void keep_freed_tiles() {
   mallopt(M_TRIM_THRESHOLD, kKept);
 }
 
-// Whether SIGHUP has files to read again; else it ends the process, as that of a terminal that was closed.
-bool reloads(const ServerConfig& config) {
-  return !config.tls_certificate.empty() || !config.token_file.empty();
-}
+// The terminal that the daemon was started from. Its end sends SIGHUP, which a service manager sends as well to have files
+// read again.
+class StartTerminal {
+ public:
+  // Before SIGHUP is blocked. Programs that were started to outlive the terminal (nohup) ignore its end.
+  StartTerminal() {
+    struct sigaction action {};
+    sigaction(SIGHUP, nullptr, &action);
+    watched_ = action.sa_handler != SIG_IGN && opens();
+  }
+  bool is_gone() const { return watched_ && !opens(); }
 
-sigset_t awaited_signals(const ServerConfig& config) {
+ private:
+  static bool opens() {
+    const int file = open("/dev/tty", O_RDWR | O_NOCTTY | O_CLOEXEC);
+    if (file < 0) return errno == EMFILE || errno == ENFILE;  // without a free descriptor nothing is known
+    close(file);
+    return true;
+  }
+
+  bool watched_ = false;
+};
+
+sigset_t awaited_signals() {
   sigset_t signals;
   sigemptyset(&signals);
-  sigaddset(&signals, SIGTERM);
-  sigaddset(&signals, SIGINT);
-  if (reloads(config)) sigaddset(&signals, SIGHUP);
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&signals, signal);
   return signals;
+}
+
+std::string name_of(int signal) {
+  return signal == SIGTERM ? "SIGTERM" : signal == SIGINT ? "SIGINT" : "SIGHUP";
 }
 
 // What a program reads that waits for the daemon.
@@ -92,7 +114,8 @@ int run_daemon(const std::string& program, const std::vector<std::string>& argum
   keep_freed_tiles();
   signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of its write
   // Blocked before any thread exists, so that only sigwait below gets them.
-  const sigset_t signals = awaited_signals(config);
+  const StartTerminal terminal;
+  const sigset_t signals = awaited_signals();
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
 
   auto server = Server::start(config);
@@ -126,8 +149,8 @@ int run_daemon(const std::string& program, const std::vector<std::string>& argum
                http.empty() ? "none" : http, build_version(), getpid());
 
   int signal = 0;
-  while (sigwait(&signals, &signal) == 0 && signal == SIGHUP) (*server)->reload();
-  spdlog::info("draining signal={} grace_s={}", signal == SIGTERM ? "SIGTERM" : "SIGINT", config.drain_grace_s);
+  while (sigwait(&signals, &signal) == 0 && signal == SIGHUP && !terminal.is_gone()) (*server)->reload();
+  spdlog::info("draining signal={} grace_s={}", name_of(signal), config.drain_grace_s);
   const double began = now_s();
   pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);  // the next one ends the process at once
   const bool idle = (*server)->drain(config.drain_grace_s);

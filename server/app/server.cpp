@@ -241,7 +241,10 @@ Server::~Server() {
 void Server::reload() {
   if (impl_->certificates) impl_->certificates->reload();
   AccessControl& access = impl_->core.access;
-  if (access.empty()) return;
+  if (access.empty()) {
+    if (!impl_->certificates) spdlog::info("there are no files of tokens or TLS to read again");
+    return;
+  }
   if (const Status read = access.reload(); !read.ok())
     return spdlog::error("the tokens are left as they were: {}", read.error().to_string());
   spdlog::info("the token file was read again: {} tokens", access.tokens()->callers().size());

@@ -294,8 +294,8 @@ std::string daemon_man_page(const CLI::App& app) {
        "heliographd --example-config prints such a file.\n\n"
        "SIGTERM and SIGINT drain the daemon: its health turns NOT_SERVING, new work is refused, frames in flight end, "
        "jobs may finish until --drain-grace is over. A second signal ends it at once. SIGHUP makes it read the token "
-       "file "
-       "and the files of TLS again."},
+       "file and the files of TLS again; where it comes from the end of the terminal that the daemon was started from, "
+       "the daemon drains."},
       {"DEVICES",
        "Pictures are traced by the processor. --devices cpu,vulkan also allows Vulkan devices, which clients choose by "
        "name (heliograph render --device). Drivers run within the daemon: one that crashes ends it, with all sessions "

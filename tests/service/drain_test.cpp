@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "daemon_process.h"
+#include "process.h"
 #include "renderer/base/clock.h"
 #include "service_fixture.h"
 
@@ -41,6 +42,28 @@ TEST_F(DrainTest, IdleDaemonEndsAtOnce) {
   start_process({"--drain-grace", "3600"});
   daemon_->signal(SIGTERM);
   EXPECT_EQ(daemon_->wait(), 0);
+}
+
+// As a service manager sends it, to a daemon that has no files to read again.
+TEST_F(DrainTest, SighupDoesNotEndIt) {
+  TemporaryFolder folder;
+  Process daemon(HELIO_DAEMON, {"--listen", "127.0.0.1:0", "--state", "none"}, folder.path());
+  ASSERT_TRUE(daemon.wait_for_output("listening")) << daemon.errors();
+  daemon.send_signal(SIGHUP);
+  EXPECT_TRUE(daemon.wait_for_errors("no files of tokens or TLS to read again")) << daemon.errors();
+  daemon.send_signal(SIGTERM);
+  EXPECT_EQ(daemon.wait().exit_code, 0);
+}
+
+TEST_F(DrainTest, TheEndOfItsTerminalDrainsIt) {
+  if (!has_pseudo_terminals()) GTEST_SKIP() << "no pseudo-terminals here";
+  TemporaryFolder folder;
+  Process daemon(HELIO_DAEMON, {"--listen", "127.0.0.1:0", "--state", "none"}, folder.path(), Process::Stderr::all_terminal);
+  ASSERT_TRUE(daemon.wait_for_errors("listening")) << daemon.errors();
+  daemon.send_signal(SIGHUP);
+  EXPECT_TRUE(daemon.wait_for_errors("no files of tokens or TLS to read again")) << daemon.errors();
+  daemon.close_terminal();
+  EXPECT_EQ(daemon.wait().exit_code, 0);
 }
 
 TEST_F(DrainTest, LiveFramesEndAndTheStreamIsTold) {

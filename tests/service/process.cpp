@@ -53,8 +53,10 @@ Process::Process(const std::string& program, const std::vector<std::string>& arg
   if (stderr_kind != Stderr::file) {
     terminal_fd_ = open_terminal();
     if (terminal_fd_ < 0) throw std::runtime_error("no pseudo-terminal");
-    for (int fd = stderr_kind == Stderr::all_terminal ? 0 : 2; fd <= 2; ++fd)
-      posix_spawn_file_actions_addopen(&actions, fd, ptsname(terminal_fd_), O_RDWR | O_NOCTTY, 0);
+    // The first terminal that the leader of a session opens becomes the session's.
+    const bool controls = stderr_kind == Stderr::all_terminal;
+    for (int fd = controls ? 0 : 2; fd <= 2; ++fd)
+      posix_spawn_file_actions_addopen(&actions, fd, ptsname(terminal_fd_), controls ? O_RDWR : O_RDWR | O_NOCTTY, 0);
   } else {
     posix_spawn_file_actions_addopen(&actions, 2, err_path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
   }
@@ -65,7 +67,11 @@ Process::Process(const std::string& program, const std::vector<std::string>& arg
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
-  const int problem = posix_spawn(&pid_, program.c_str(), &actions, nullptr, argv.data(), environ);
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  if (stderr_kind == Stderr::all_terminal) posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSID);
+  const int problem = posix_spawn(&pid_, program.c_str(), &actions, &attributes, argv.data(), environ);
+  posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&actions);
   if (problem != 0) throw std::runtime_error("cannot start " + program);
 }
@@ -86,6 +92,12 @@ void Process::type(const std::string& keys) {
   if (write(terminal_fd_, keys.data(), keys.size()) != ssize_t(keys.size())) throw std::runtime_error("cannot type");
 }
 
+void Process::close_terminal() {
+  read_terminal();
+  close(terminal_fd_);
+  terminal_fd_ = -1;
+}
+
 bool Process::ended() {
   if (!ended_) ended_ = waitpid(pid_, &status_, WNOHANG) == pid_;
   return ended_;
@@ -103,7 +115,7 @@ std::string Process::output() const {
 
 std::string Process::errors() {
   read_terminal();
-  return terminal_fd_ >= 0 ? terminal_ : read_file(err_path_);
+  return terminal_fd_ >= 0 || !terminal_.empty() ? terminal_ : read_file(err_path_);
 }
 
 bool Process::wait_for_output(const std::string& text, double seconds) {

@@ -16,7 +16,8 @@ struct ProcessResult {
 
 class Process {
  public:
-  // all_terminal: stdin and stdout are the same terminal, so that errors() has what either shows.
+  // all_terminal: stdin and stdout are the same terminal, so that errors() has what either shows, and the process leads a
+  // session of its own whose terminal it is.
   enum class Stderr { file, terminal, all_terminal };
 
   // Starts the program in `folder`, where it also leaves its stdout.
@@ -28,6 +29,7 @@ class Process {
 
   void send_signal(int signal);
   void type(const std::string& keys);  // of a process whose stdin is a terminal
+  void close_terminal();               // as one closes its window: it sends SIGHUP
   // True once stdout (or stderr) holds the text; false after `seconds` or when the process has ended.
   bool wait_for_output(const std::string& text, double seconds = 60);
   bool wait_for_errors(const std::string& text, double seconds = 60);
