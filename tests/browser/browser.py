@@ -149,6 +149,12 @@ class Page:
         self.wait_for_picture(seconds)
         return self.wait("heliograph.state().end?.tag.view_id === heliograph.state().viewId && heliograph.state()", seconds)
 
+    def wait_for_frames(self, count):
+        """Until the browser has drawn `count` frames, or a second has passed."""
+        self.driver.execute_async_script(
+            "const [count, done] = arguments; let left = count; setTimeout(done, 1000);"
+            "const next = () => left-- > 0 ? requestAnimationFrame(next) : done(); next();", count)
+
     def screenshot(self, name):
         self.screenshots.mkdir(parents=True, exist_ok=True)
         self.driver.save_screenshot(str(self.screenshots / f"{name}.png"))

@@ -5,6 +5,9 @@ import time
 import browser
 from viewer_case import FIXED, ViewerCase
 
+# Of an element, where a finger aims at.
+MIDDLE = "const r = arguments[0].getBoundingClientRect(); return [r.left + r.width / 2, r.top + r.height / 2];"
+
 
 class ToolsTest(ViewerCase):
     def test_keys_inspect_pixels_and_leave_the_region(self):
@@ -81,7 +84,7 @@ class ToolsTest(ViewerCase):
         self.page.wait_for_end()
         start = self.position()
 
-        def touch(element, *points):
+        def touch(element, *points, held_s=0):
             """Down at the first point, moved over the others; of the element's size."""
             box = self.page.run("const r = arguments[0].getBoundingClientRect();"
                                 "return [r.left, r.top, r.width, r.height]", element)
@@ -93,19 +96,23 @@ class ToolsTest(ViewerCase):
                     time.sleep(0.15)
                 self.page.driver.execute_cdp_cmd("Input.dispatchTouchEvent", {
                     "type": "touchMove" if i else "touchStart", "touchPoints": [point]})
+            time.sleep(held_s)
             self.page.driver.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
 
         def tap(control, outcome):
             """Again where a busy page saw a long press."""
             element = self.page.driver.find_element("id", control)
-            for _ in range(4):
+            for attempt in range(6):
                 self.page.run("arguments[0].scrollIntoView({ block: 'center' })", element)
-                time.sleep(0.1)
-                touch(element, (0.5, 0.5))
+                self.page.wait_for_frames(2)  # what a finger hits is known when the scrolled page was drawn
+                touch(element, (0.5, 0.5), held_s=0.06 * (attempt % 2))
                 with contextlib.suppress(AssertionError):
                     return self.page.wait(outcome, 5)
-            said = self.page.run("return document.getElementById('messages').textContent")
-            self.fail(f"{control} is out of a finger's reach: {outcome}; the page said: {said}")
+                self.page.screenshot(f"tap-{control}-{attempt}")
+            hit = self.page.run(f"const [x, y] = (function () {{ {MIDDLE} }})(arguments[0]);"
+                                "return [x, y, document.elementFromPoint(x, y)?.outerHTML.slice(0, 120),"
+                                "document.getElementById('messages').textContent]", element)
+            self.fail(f"{control} is out of a finger's reach: {outcome}; x, y, what is there, and the messages: {hit}")
 
         touch(self.canvas(), (0.5, 0.4))
         self.page.wait("heliograph.app.inspector.mark")
