@@ -188,6 +188,10 @@ std::optional<std::string> OptionReader::output_file(const TextOption& option) {
     problem(option, quoted(*path) + " is a folder, not a file");
     return std::nullopt;
   }
+  if (std::filesystem::exists(file, ignored) && !std::filesystem::is_regular_file(file, ignored)) {
+    problem(option, quoted(*path) + " is a device or a pipe; allowed: a file, which is there or not");
+    return std::nullopt;
+  }
   return path;
 }
 

@@ -8,6 +8,8 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
 namespace helio {
@@ -56,7 +58,17 @@ int rename_to_free_name(int folder, const std::string& from, const std::string& 
 }  // namespace
 
 Result<AtomicFile> AtomicFile::create(const std::string& path) {
-  return create_in(FileDescriptor(), path, path);
+  namespace fs = std::filesystem;
+  // Where links lead, whether or not something is there.
+  constexpr int kMostLinks = 40;
+  std::error_code failed;
+  fs::path file = path;
+  for (int links = 0; fs::is_symlink(fs::symlink_status(file, failed)); ++links) {
+    const fs::path target = fs::read_symlink(file, failed);
+    if (failed || links == kMostLinks) return Error{ErrorCode::invalid_argument, "is a link that leads nowhere", path};
+    file = file.parent_path() / target;
+  }
+  return create_in(FileDescriptor(), file.string(), file.string());
 }
 
 Result<AtomicFile> AtomicFile::create_in(FileDescriptor folder, const std::string& name, const std::string& path) {
@@ -65,6 +77,12 @@ Result<AtomicFile> AtomicFile::create_in(FileDescriptor folder, const std::strin
   file.folder_ = std::move(folder);
   file.path_ = path;
   file.name_ = name;
+  // A name in an open folder is replaced as it is; one that was given may be a device or a pipe, which renaming would end.
+  struct stat there {};
+  if (::fstatat(file.folder(), name.c_str(), &there, AT_SYMLINK_NOFOLLOW) == 0 && !S_ISREG(there.st_mode) &&
+      !S_ISLNK(there.st_mode)) {
+    return Error{ErrorCode::invalid_argument, "is no regular file, and is not replaced", path};
+  }
   std::string temporary = name + ".tmp-" + std::to_string(::getpid()) + "-" + std::to_string(++serial);
   file.file_ =
       FileDescriptor(::openat(file.folder(), temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));

@@ -20,9 +20,11 @@ enum class Flush {
 // A file that comes in pieces: written to a temporary file beside `path`, which takes its place at the end.
 class AtomicFile {
  public:
-  // not_found, permission_denied, resource_exhausted, internal; so of the others.
+  // Of a symbolic link its target is written. invalid_argument: `path` is there and is no file (a folder, a device, a
+  // pipe). not_found, permission_denied, resource_exhausted, internal; so of the others.
   static Result<AtomicFile> create(const std::string& path);
-  // The file of this name in an open folder, whatever becomes of the folder's path, which `path` has for messages.
+  // The file of this name in an open folder, whatever becomes of the folder's path, which `path` has for messages. A link
+  // of this name is replaced, not followed.
   static Result<AtomicFile> create_in(FileDescriptor folder, const std::string& name, const std::string& path);
   AtomicFile(AtomicFile&& other) noexcept;
   AtomicFile& operator=(AtomicFile&&) = delete;

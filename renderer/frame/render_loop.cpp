@@ -841,7 +841,12 @@ void RenderLoop::Impl::note_finished_plan(double now) {
   }
   const std::uint64_t samples = picture.samples;
   for (const auto& stage : pipeline.finished_stages()) stage->note(picture);
-  if (picture.samples > samples) invalid_samples += picture.trace.invalid();  // they were restored
+  if (picture.samples > samples) {  // they were restored
+    invalid_samples += picture.trace.invalid();
+    // What they took, all in all, until some are taken here: a plan without a cost lasts until the count has doubled.
+    if (state.sample_seconds == 0)
+      state.sample_seconds = (now - state.begun_s) * double(state.round.pixels) / double(picture.samples);
+  }
 
   if (plan.publish != Publish::none && (plan.publish == Publish::early || !pipeline.cut())) {
     state.published = true;

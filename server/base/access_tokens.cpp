@@ -6,10 +6,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
-#include <fstream>
 #include <limits>
+#include <sstream>
 
+#include "renderer/codec/atomic_file.h"
 #include "server/base/byte_size.h"
 
 namespace helio {
@@ -18,6 +20,7 @@ namespace {
 constexpr std::string_view kScheme = "Bearer ";
 constexpr std::string_view kHash = "sha256:";
 constexpr std::size_t kMaxName = 64;
+constexpr std::uint64_t kMaxFileBytes = 16 << 20;
 constexpr const char* kForm =
     "a token alone (16 to 256 printable characters without spaces), or "
     "NAME ROLE sha256:HEX [sessions=N] [jobs=N] [memory=SIZE]";
@@ -77,8 +80,9 @@ std::string read_quota(std::string_view word, TokenQuotas& quotas) {
 std::string read_line(const TokenLine& line, Caller& caller) {
   const std::vector<std::string_view> words = words_of(line.text);
   if (words.size() == 1) {
-    caller.name = fmt::format("line-{}", line.number);
+    if (line.text.starts_with(kHash)) return fmt::format("has a hash without a name; allowed: {}", kForm);
     caller.digest = AccessTokens::digest_of(line.text);
+    caller.name = std::string(AccessTokens::kUnnamed) + to_hex(caller.digest).substr(0, 12);
     return well_formed(line.text) ? std::string() : fmt::format("has {} bytes; allowed: {}", line.text.size(), kForm);
   }
   // Until its hash is found the line may hold a token, which no message shows.
@@ -89,7 +93,7 @@ std::string read_line(const TokenLine& line, Caller& caller) {
   caller.role = *role;
   if (!read_digest(words[2], caller.digest))
     return "has no hash as its third word; allowed: sha256: and 64 hexadecimal digits";
-  if (caller.name.starts_with("line-"))
+  if (caller.name.starts_with(AccessTokens::kUnnamed))
     return fmt::format("is called '{}', as tokens without a name are; allowed: another name", caller.name);
   for (std::size_t i = 3; i < words.size(); ++i) {
     const std::string problem = read_quota(words[i], caller.quotas);
@@ -135,8 +139,9 @@ std::string to_token_line(const Caller& caller) {
 }
 
 std::optional<std::vector<TokenLine>> read_token_lines(const std::string& file) {
-  std::ifstream in(file);
-  if (!in) return std::nullopt;
+  const auto bytes = read_whole_file(file, kMaxFileBytes);  // neither a pipe nor a device
+  if (!bytes) return std::nullopt;
+  std::istringstream in(std::string(bytes->begin(), bytes->end()));
   std::vector<TokenLine> lines;
   int number = 0;
   for (std::string line; std::getline(in, line);) {
@@ -144,13 +149,12 @@ std::optional<std::vector<TokenLine>> read_token_lines(const std::string& file) 
     line.erase(line.find_last_not_of(" \t\r") + 1);
     if (!line.empty() && line.front() != '#') lines.push_back({number, line});
   }
-  if (in.bad()) return std::nullopt;  // a folder can be opened
   return lines;
 }
 
 Result<AccessTokens> AccessTokens::read(const std::string& file) {
   const auto lines = read_token_lines(file);
-  if (!lines) return Error{ErrorCode::invalid_argument, "'" + file + "' cannot be read; allowed: a file", "token-file"};
+  if (!lines) return Error{ErrorCode::invalid_argument, "'" + file + "' cannot be read; allowed: a file of at most 16 MiB", "token-file"};
   AccessTokens tokens;
   const auto wrong = [&](const TokenLine& line, const std::string& problem) {
     return Error{ErrorCode::invalid_argument, fmt::format("line {} of '{}' {}", line.number, file, problem),
@@ -203,7 +207,10 @@ CallerPtr AccessTokens::find(std::string_view token) const {
 
 CallerPtr AccessTokens::find_header(std::string_view authorization) const {
   if (callers_.empty()) return find({});
-  return authorization.starts_with(kScheme) ? find(authorization.substr(kScheme.size())) : nullptr;
+  const auto same = [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == std::tolower(b); };
+  const std::string_view scheme = authorization.substr(0, kScheme.size());  // its case does not count (RFC 9110, 11.1)
+  const bool bearer = std::equal(scheme.begin(), scheme.end(), kScheme.begin(), kScheme.end(), same);
+  return bearer ? find(authorization.substr(kScheme.size())) : nullptr;
 }
 
 CallerPtr AccessTokens::by_name(const std::string& name) const {

@@ -64,9 +64,11 @@ class AccessTokens {
   // [kMinLength, kMaxLength] printable characters without spaces.
   static constexpr std::size_t kMinLength = 16, kMaxLength = 256;
 
-  // Empty lines and those that begin with # do not count. A token alone is called "line-N". invalid_argument names file
-  // and line, and never shows a token: the file cannot be read or holds none, a line is neither form, or names or
-  // tokens come twice.
+  // Begins the names of tokens that stand alone in their line; the first 12 digits of their hash follow.
+  static constexpr std::string_view kUnnamed = "unnamed-";
+
+  // Empty lines and those that begin with # do not count. invalid_argument names file and line, and never shows a token:
+  // the file cannot be read or holds none, a line is neither form, or names or tokens come twice.
   static Result<AccessTokens> read(const std::string& file);
   static AccessTokens of(std::string_view token);  // with every right, and without a name
   // 32 random characters. internal: the machine gives no random bytes.

@@ -41,6 +41,8 @@ struct ServerConfig {
   int max_jobs = 16;                    // that run
   int max_queued_jobs = 10000;          // durable ones that wait or are paused
   std::uint64_t max_state_scene_bytes = 10ull << 30;  // uploads that durable jobs may load again
+  int max_ended_jobs = 10000;  // durable ones at their end that are kept
+  std::uint64_t max_state_result_bytes = 64ull << 30;  // their pictures in the state folder
   std::uint64_t max_state_session_bytes = 4ull << 30;  // pictures of sessions that are kept for the next daemon
   int max_scenes = 64;
   int max_queued_loads = 16;             // and as many edits, and as many replays

@@ -27,7 +27,12 @@ namespace {
 
 constexpr std::size_t kMaxName = 256, kMaxClientToken = 128;
 constexpr int kMostPriority = 100, kMostPageSize = 1000, kDefaultPageSize = 100;
-constexpr double kForgetSeconds = 3600;  // between looks for jobs that are too old to be kept
+// Between looks for jobs that are not to be kept, unless so many have come to their end, or a part of the pictures that
+// the state folder may hold was written.
+constexpr double kForgetSeconds = 3600;
+constexpr int kForgetJobs = 100;
+constexpr std::uint64_t kForgetShare = 50;
+constexpr int kMostSummedViews = 16;  // of more, the views of a request are kept apart
 constexpr double kTryAgainSeconds = 1;   // where the state folder takes no row
 constexpr int kMostDoublings = 7;        // of the wait of a job that lacked something
 constexpr char kDaemonEnded[] = "the daemon ended while it ran";
@@ -192,7 +197,7 @@ Result<pb::SubmitJobResponse> DurableJobs::submit(const pb::SubmitJobRequest& as
     const auto file = outputs_.file_of(request.output().path(), view, "output.path");
     if (!file) return file.error();
     std::error_code error;
-    if (!request.output().overwrite() && std::filesystem::exists(*file, error))
+    if (!request.output().overwrite() && std::filesystem::exists(std::filesystem::symlink_status(*file, error)))
       return Error{ErrorCode::failed_precondition, "'" + *file + "' is there already, and overwrite is not set",
                    "output.path"};
   }
@@ -203,6 +208,10 @@ Result<pb::SubmitJobResponse> DurableJobs::submit(const pb::SubmitJobRequest& as
   record.client_token = request.client_token();
   record.name = request.name();
   record.request = request.SerializeAsString();
+  if (request.job().views_size() > kMostSummedViews) {
+    request.mutable_job()->clear_views();
+    record.summary = request.SerializeAsString();
+  }
   record.scene_id = request.job().scene_id();
   record.priority = request.priority();
   record.views = std::uint32_t(plan.views.size());
@@ -239,7 +248,7 @@ std::optional<pb::SubmitJobResponse> DurableJobs::find_again(const pb::SubmitJob
   const RenderSettings settings = read_settings(asked.job().settings(), core_.render_limits(), "", problems);
   const Budget budget = read_budget(asked.job().budget(), "", problems);
   complete(again, settings, budget);
-  if (!problems.empty() || again.SerializeAsString() != (*known)->request) return std::nullopt;
+  if (!problems.empty() || !JobTable::has_request(**known, again.SerializeAsString())) return std::nullopt;
   pb::SubmitJobResponse response;
   *response.mutable_job() = describe(**known);
   response.set_already_there(true);
@@ -367,7 +376,10 @@ Result<JobRecord> DurableJobs::stop_job(const std::string& id, JobState to, cons
         if (now && now->state != record->state) continue;
       }
       if (changed) note_change(*changed, by);
-      if (changed && is_final(to)) come_to_end(id);
+      if (changed && is_final(to)) {
+        come_to_end(id);
+        note_ended(id);
+      }
       return changed;
     }
     auto asked = table_->set_target(id, to, by);
@@ -433,11 +445,11 @@ Result<DurableJobs::ResultFile> DurableJobs::result(const std::string& id, std::
                "view"};
 }
 
-Result<DurableJobs::ResultTiles> DurableJobs::tiles(const pb::GetResultRequest& asked) {
+Result<DurableJobs::ResultTiles> DurableJobs::tiles(const pb::GetResultRequest& asked, const Caller& caller) {
   const auto record = table_->get(asked.job_id());
   if (!record) return record.error();
   pb::SubmitJobRequest request;
-  request.ParseFromString(record->request);
+  request.ParseFromString(record->summary);
   Problems problems;
   JobTiles::Request wanted;
   wanted.settings = read_settings(request.job().settings(), core_.render_limits(), "settings", problems);
@@ -457,7 +469,7 @@ Result<DurableJobs::ResultTiles> DurableJobs::tiles(const pb::GetResultRequest& 
 
   const std::uint64_t planes = std::uint64_t(region.area()) * 32 * sizeof(float);  // of a file, with all its channels
   const std::uint64_t checkpoint = checkpoint_bytes(wanted.settings) + kMostHeaderBytes;
-  auto memory = core_.memory.reserve_with_room(
+  auto memory = core_.memory_of(caller).reserve_with_room(
       std::max(2 * planes, film_bytes(wanted.settings) + checkpoint), "the picture of a job");
   if (!memory) return memory.error();
   const auto whole = [&](std::span<const std::uint8_t> file, pb::JobView view) -> Result<ResultTiles> {
@@ -582,7 +594,10 @@ void DurableJobs::schedule() {
         if (const Status taken = take_up_running(left_running_); !taken.ok()) return taken;
         left_running_ = nullptr;
       }
-      if (now >= forget_at_s_) forget_old();
+      if (now >= forget_at_s_ || ended_since_ >= kForgetJobs ||
+          bytes_since_ > core_.config.max_state_result_bytes / kForgetShare) {
+        forget_old();
+      }
       if (!takes_changes_) note_state(table_->probe());
       while (begin && begin_next()) {
       }
@@ -601,7 +616,14 @@ void DurableJobs::schedule() {
 
 void DurableJobs::forget_old() {
   forget_at_s_ = now_s() + kForgetSeconds;
-  const auto ids = table_->forget_ended_before(unix_time_s() - core_.config.keep_jobs_days * 86400);
+  ended_since_ = 0;
+  bytes_since_ = 0;
+  JobTable::Kept kept;
+  kept.since_s = unix_time_s() - core_.config.keep_jobs_days * 86400;
+  kept.jobs = std::uint64_t(core_.config.max_ended_jobs);
+  kept.bytes = core_.config.max_state_result_bytes;
+  kept.folder = folder_.results();
+  const auto ids = table_->forget_ended(kept);
   if (!ids) return spdlog::warn("old jobs could not be forgotten error={}", logged(ids.error().to_string()));
   for (const std::string& id : *ids) {
     come_to_end(id);
@@ -631,13 +653,17 @@ bool DurableJobs::begin_next() {
   if (!place) return false;
   auto record = guarded([&] {
     pb::SubmitJobRequest request;
-    request.ParseFromString((*next)->request);
+    request.ParseFromString((*next)->summary);
     JobChange change;
     change.to = JobState::running;
     change.from = {JobState::queued};
     // That of the views that are done stays.
     if ((*next)->views_done == 0) change.build = rendering_build(request.job().settings().device());
-    return table_->change((*next)->id, change);
+    auto whole = table_->request((*next)->id);
+    if (!whole) return Result<JobRecord>(whole.error());
+    auto begun = table_->change((*next)->id, change);
+    if (begun) begun->request = std::move(*whole);
+    return begun;
   });
   note_state(record ? ok_status() : Status(record.error()));
   if (!record) {
@@ -706,7 +732,10 @@ void DurableJobs::attempt_over(const std::string& id, const JobAttempt::Outcome&
     if (changed_.wait_for(lock, wait, [this] { return stopping_ || draining_; })) break;
   }
   // Without the row, the next daemon finds the job running, and needs all of it.
-  if (state && is_final(*state)) come_to_end(id);
+  if (state && is_final(*state)) {
+    come_to_end(id);
+    note_ended(id);
+  }
   std::string place;
   {
     const std::lock_guard lock(mutex_);
@@ -734,6 +763,16 @@ void DurableJobs::come_to_end(const std::string& id) {
   checkpoints_.remove(id);
   const std::lock_guard lock(mutex_);
   kept_progress_.erase(id);
+}
+
+// Old jobs are looked for as soon as that is worth it.
+void DurableJobs::note_ended(const std::string& id) {
+  const auto results = table_->results(id);
+  for (std::size_t i = 0; results && i < results->size(); ++i) {
+    const JobResult& result = (*results)[i];
+    if (result.file.starts_with(folder_.results() + "/")) bytes_since_ += result.bytes;
+  }
+  ++ended_since_;
 }
 
 bool DurableJobs::drain(double deadline_s) {

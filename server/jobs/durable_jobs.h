@@ -64,9 +64,9 @@ class DurableJobs {
     pb::JobView view;
     JobTiles tiles;
   };
-  // Errors besides: invalid_argument (format, window); failed_precondition: there is nothing to be shown, or never will
+  // They count as the caller's memory until they are let go. Errors besides: invalid_argument (format, window); failed_precondition: there is nothing to be shown, or never will
   // be before the view is done; unavailable, with a time to try again: its first checkpoint is on its way.
-  Result<ResultTiles> tiles(const pb::GetResultRequest& request);
+  Result<ResultTiles> tiles(const pb::GetResultRequest& request, const Caller& caller);
 
   // For watches. `told` is called after every change of any job, until the listener is let go; on the thread that made
   // the change, so it returns at once.
@@ -119,6 +119,7 @@ class DurableJobs {
   void attempt_over(const std::string& id, const JobAttempt::Outcome& outcome);
   Result<JobRecord> stop_job(const std::string& id, JobState to, const std::string& by);
   void come_to_end(const std::string& id);
+  void note_ended(const std::string& id);
   void wake();
   // For the log and the metrics. by: who asked for it; empty: the job came there by itself.
   void note_change(const JobRecord& job, const std::string& by) noexcept;
@@ -161,6 +162,8 @@ class DurableJobs {
   // open() and the scheduler.
   const char* left_running_ = nullptr;
   double forget_at_s_ = 0;
+  std::atomic<int> ended_since_{0};             // jobs, since old ones were looked for
+  std::atomic<std::uint64_t> bytes_since_{0};  // of pictures in the state folder
   std::thread thread_;
   TaskThread calls_{kMaxWaitingCalls, kCallThreads};  // last: a call in hand may use anything above
 };

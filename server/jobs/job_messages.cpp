@@ -22,7 +22,7 @@ std::optional<JobState> read_job_state(pb::JobState state, const std::string& wh
 
 pb::Job to_message(const JobRecord& record) {
   pb::SubmitJobRequest request;
-  request.ParseFromString(record.request);
+  request.ParseFromString(record.summary);
   pb::Job job;
   job.set_job_id(record.id);
   job.set_name(record.name);

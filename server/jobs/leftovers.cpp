@@ -100,7 +100,7 @@ void clear_outputs(const OutputRoots& outputs, std::span<const JobRecord> unfini
   std::map<std::string, std::set<std::string>> names;  // of files to be written, by folder
   for (const JobRecord& job : unfinished) {
     heliograph::v1::SubmitJobRequest request;
-    if (!request.ParseFromString(job.request) || !request.has_output() || job.views_done >= job.views) continue;
+    if (!request.ParseFromString(job.summary) || !request.has_output() || job.views_done >= job.views) continue;
     const auto file = outputs.file_of(request.output().path(), job.views_done, "output.path");
     if (file) names[fs::path(*file).parent_path().string()].insert(fs::path(*file).filename().string());
   }

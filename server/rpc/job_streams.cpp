@@ -215,12 +215,13 @@ class ResultFile final : public MessageSource {
 // The picture of a view, tile by tile: each is made when the one before is on its way.
 class ResultTiles final : public MessageSource {
  public:
-  ResultTiles(DurableJobs& jobs, const pb::GetResultRequest& request) : jobs_(jobs), request_(request) {}
+  ResultTiles(DurableJobs& jobs, const pb::GetResultRequest& request, CallerPtr caller)
+      : jobs_(jobs), request_(request), caller_(std::move(caller)) {}
 
   Result<Next> next() override {
     pb::GetResultResponse response;
     if (!tiles_) {
-      auto result = jobs_.tiles(request_);
+      auto result = jobs_.tiles(request_, *caller_);
       if (!result) return result.error();
       tiles_ = std::move(result->tiles);
       *response.mutable_begin() = std::move(result->view);
@@ -239,6 +240,7 @@ class ResultTiles final : public MessageSource {
  private:
   DurableJobs& jobs_;
   const pb::GetResultRequest request_;
+  const CallerPtr caller_;
   std::optional<JobTiles> tiles_;
   std::uint32_t samples_ = 0;
 };
@@ -333,9 +335,9 @@ PulledStream::Make watch_job(ServiceCore& core, DurableJobs& jobs, pb::WatchJobR
   };
 }
 
-PulledStream::Make get_result(ServiceCore& core, DurableJobs& jobs, pb::GetResultRequest request) {
-  return [&core, &jobs, request = std::move(request)](const auto&) -> Result<std::unique_ptr<MessageSource>> {
-    if (request.has_tiles()) return std::unique_ptr<MessageSource>(std::make_unique<ResultTiles>(jobs, request));
+PulledStream::Make get_result(ServiceCore& core, DurableJobs& jobs, pb::GetResultRequest request, CallerPtr caller) {
+  return [&core, &jobs, request = std::move(request), caller = std::move(caller)](const auto&) -> Result<std::unique_ptr<MessageSource>> {
+    if (request.has_tiles()) return std::unique_ptr<MessageSource>(std::make_unique<ResultTiles>(jobs, request, caller));
     return std::unique_ptr<MessageSource>(std::make_unique<ResultFile>(core, jobs, request));
   };
 }

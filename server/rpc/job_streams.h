@@ -13,7 +13,7 @@ namespace helio {
 
 // What each rpc sends. `by`: who asks.
 PulledStream::Make watch_job(ServiceCore& core, DurableJobs& jobs, pb::WatchJobRequest request);
-PulledStream::Make get_result(ServiceCore& core, DurableJobs& jobs, pb::GetResultRequest request);
+PulledStream::Make get_result(ServiceCore& core, DurableJobs& jobs, pb::GetResultRequest request, CallerPtr caller);
 PulledStream::Make run_detached_job(ServiceCore& core, DurableJobs& jobs, pb::RunJobRequest request, CallerPtr caller,
                                     std::string by);
 

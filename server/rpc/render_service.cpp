@@ -616,7 +616,9 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::GetResult(grpc::Callb
                                                                      const grpc::ByteBuffer* request) {
   return stream_of_jobs<pb::GetResultRequest>(
       "GetResult", context, request,
-      [this](const CallerPtr&, pb::GetResultRequest&& which) { return get_result(core_, *jobs_, std::move(which)); });
+      [this](const CallerPtr& caller, pb::GetResultRequest&& which) {
+        return get_result(core_, *jobs_, std::move(which), caller);
+      });
 }
 
 grpc::ServerWriteReactor<grpc::ByteBuffer>* RenderService::Compare(grpc::CallbackServerContext* context,

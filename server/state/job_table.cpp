@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <iterator>
 #include <limits>
 #include <mutex>
 
 #include "renderer/base/unix_time.h"
+#include "renderer/codec/sha256.h"
 #include "server/state/commit_group.h"
 #include "server/state/versioned_database.h"
 
@@ -85,12 +87,29 @@ END;
 CREATE TRIGGER job_removed AFTER DELETE ON jobs BEGIN
   UPDATE job_counts SET jobs = jobs - 1 WHERE state = OLD.state;
 END;
+)",
+    // Camera paths of ten thousand views are megabytes, which lists and a start read with every row, and ended jobs kept.
+    R"(
+CREATE TABLE requests (
+  job INTEGER PRIMARY KEY REFERENCES jobs (number) ON DELETE CASCADE,
+  request BLOB NOT NULL
+);
+CREATE TABLE request_bytes (one INTEGER PRIMARY KEY CHECK (one = 1), bytes INTEGER NOT NULL);
+INSERT INTO request_bytes VALUES (1, 0);
+CREATE TRIGGER request_added AFTER INSERT ON requests BEGIN
+  UPDATE request_bytes SET bytes = bytes + length(NEW.request);
+END;
+CREATE TRIGGER request_removed AFTER DELETE ON requests BEGIN
+  UPDATE request_bytes SET bytes = bytes - length(OLD.request);
+END;
+ALTER TABLE jobs RENAME COLUMN request TO summary;
+ALTER TABLE jobs ADD COLUMN request_sha256 TEXT NOT NULL DEFAULT '';
 )"};
 constexpr DatabaseSchema kSchema{0x68656c6a, kSteps};  // "helj"
 
 constexpr std::string_view kSelectJob =
     "SELECT number, id, owner, client_token, name, scene_id, priority, state, target, target_by, reason, attempt, "
-    "updated_seq, submitted_s, started_s, ended_s, views, views_done, same_bits, build, request FROM jobs ";
+    "updated_seq, submitted_s, started_s, ended_s, views, views_done, same_bits, build, request_sha256, summary FROM jobs ";
 
 constexpr std::string_view kByToken = "WHERE owner = ? AND client_token = ? AND client_token <> ''";
 
@@ -125,7 +144,8 @@ Row read_row(const SqliteRows& rows) {
   row.job.views_done = std::uint32_t(integer());
   row.job.same_bits = integer() != 0;
   row.job.build = text();
-  row.job.request = text();
+  row.job.request_sha256 = text();
+  row.job.summary = text();
   return row;
 }
 
@@ -158,6 +178,12 @@ Result<Row> find_job(SqliteDatabase& database, const std::string& id) {
   if (!found) return found.error();
   if (found->empty()) return no_job(id);
   return std::move(found->front());
+}
+
+std::string sha256_of(const std::string& bytes) {
+  Sha256 hash;
+  hash.update(bytes);
+  return to_hex(hash.finish());
 }
 
 std::int64_t as_integer(JobState state) {
@@ -291,7 +317,7 @@ Result<JobTable::Submitted> JobTable::submit(const JobRecord& job, int max_queue
       if (!known) return known.error();
       if (!known->empty()) {
         JobRecord& before = known->front().job;
-        if (before.request == job.request) return Submitted{std::move(before), true};
+        if (has_request(before, job.request)) return Submitted{std::move(before), true};
         return Error{ErrorCode::invalid_argument,
                      fmt::format("'{}' was used for another request, which is job '{}'; allowed: a token of its own "
                                  "for each request",
@@ -308,8 +334,23 @@ Result<JobTable::Submitted> JobTable::submit(const JobRecord& job, int max_queue
       return Error{ErrorCode::resource_exhausted,
                    fmt::format("max_queued_jobs: {} jobs are queued or paused; allowed: {}", *queued, max_queued), {}};
     }
+    const bool is_long = !job.summary.empty() && job.summary != job.request;
+    if (is_long) {
+      const auto bytes = database.query_integer("SELECT bytes FROM request_bytes");
+      if (!bytes) return bytes.error();
+      if (std::uint64_t(*bytes) + job.request.size() > kMostRequestBytes) {
+        return Error{ErrorCode::resource_exhausted,
+                     fmt::format("the requests of jobs that are not at their end have {} bytes, this one {}; allowed: {} "
+                                 "together; camera paths of fewer views have fewer",
+                                 *bytes, job.request.size(), kMostRequestBytes),
+                     {}};
+      }
+    }
     Submitted submitted{job};
     JobRecord& added = submitted.job;
+    added.request.clear();
+    if (!is_long) added.summary = job.request;
+    added.request_sha256 = is_long ? sha256_of(job.request) : std::string();
     added.state = JobState::queued;
     added.target = JobState::succeeded;
     added.target_by.clear();
@@ -321,12 +362,17 @@ Result<JobTable::Submitted> JobTable::submit(const JobRecord& job, int max_queue
     if (added.submitted_s == 0) added.submitted_s = unix_time_s();
     const Status inserted = database.run(
         "INSERT INTO jobs (id, owner, client_token, name, scene_id, priority, state, target, target_by, reason, "
-        "attempt, updated_seq, submitted_s, started_s, ended_s, views, views_done, same_bits, build, request) "
-        "VALUES (?, ?, ?, ?, ?, ?, 1, 4, '', '', 0, 0, ?, 0, 0, ?, 0, 1, '', ?)",
+        "attempt, updated_seq, submitted_s, started_s, ended_s, views, views_done, same_bits, build, request_sha256, "
+        "summary) VALUES (?, ?, ?, ?, ?, ?, 1, 4, '', '', 0, 0, ?, 0, 0, ?, 0, 1, '', ?, ?)",
         {added.id, added.owner, added.client_token, added.name, added.scene_id, std::int64_t(added.priority),
-         added.submitted_s, std::int64_t(added.views), SqliteBlob{added.request}});
+         added.submitted_s, std::int64_t(added.views), added.request_sha256, SqliteBlob{added.summary}});
     if (!inserted.ok()) return inserted.error();
     const std::int64_t number = database.last_insert_id();
+    if (is_long) {
+      const Status kept =
+          database.run("INSERT INTO requests (job, request) VALUES (?, ?)", {number, SqliteBlob{job.request}});
+      if (!kept.ok()) return kept.error();
+    }
     const auto seq = add_event(transaction, number, std::nullopt, added, by, added.submitted_s);
     if (!seq) return seq.error();
     added.updated_seq = *seq;
@@ -343,6 +389,18 @@ Result<JobRecord> JobTable::change(const std::string& id, const JobChange& chang
     if (!row) return row.error();
     JobRecord& job = row->job;
     if (const Status allowed = check_change(job, change); !allowed.ok()) return allowed.error();
+    // By people, who may do so without end; what the daemon does has its own bounds, and an end is always possible.
+    if (!change.by.empty() && !is_final(change.to)) {
+      const auto events =
+          transaction.database.query_integer("SELECT count(*) FROM events WHERE job = ?", {row->number});
+      if (!events) return events.error();
+      if (*events >= kMostEvents) {
+        return Error{ErrorCode::failed_precondition,
+                     fmt::format("job '{}' has changed {} times; allowed: {}, then it can only be cancelled", id, *events,
+                                 kMostEvents),
+                     "job_id"};
+      }
+    }
     const JobState from = job.state;
     const double now = unix_time_s();
     // Whoever asked for a pause or a cancel was told that it comes.
@@ -370,6 +428,10 @@ Result<JobRecord> JobTable::change(const std::string& id, const JobChange& chang
         {as_integer(job.state), job.reason, std::int64_t(job.attempt), std::int64_t(job.updated_seq), job.started_s,
          job.ended_s, std::int64_t(job.same_bits), job.build, row->number});
     if (!updated.ok()) return updated.error();
+    if (is_final(job.state) && !job.request_sha256.empty()) {
+      const Status removed = transaction.database.run("DELETE FROM requests WHERE job = ?", {row->number});
+      if (!removed.ok()) return removed.error();
+    }
     return std::move(job);
   });
 }
@@ -436,6 +498,25 @@ Result<JobRecord> JobTable::get(const std::string& id) const {
     if (!row) return row.error();
     return std::move(row->job);
   });
+}
+
+Result<std::string> JobTable::request(const std::string& id) const {
+  return state_->read([&](SqliteDatabase& database) -> Result<std::string> {
+    auto row = find_job(database, id);
+    if (!row) return row.error();
+    if (row->job.request_sha256.empty()) return std::move(row->job.summary);
+    auto rows = database.query("SELECT request FROM requests WHERE job = ?", {row->number});
+    if (!rows) return rows.error();
+    const auto there = rows->next();
+    if (!there) return there.error();
+    if (*there) return rows->text(0);
+    return Error{ErrorCode::failed_precondition,
+                 fmt::format("job '{}' is {}; its request is gone", id, to_string(row->job.state)), "job_id"};
+  });
+}
+
+bool JobTable::has_request(const JobRecord& job, const std::string& request) {
+  return job.request_sha256.empty() ? job.summary == request : job.request_sha256 == sha256_of(request);
 }
 
 Result<std::optional<JobRecord>> JobTable::find_token(const std::string& owner, const std::string& client_token) const {
@@ -604,10 +685,30 @@ Result<std::vector<std::uint64_t>> JobTable::counts() const {
   });
 }
 
-Result<std::vector<std::string>> JobTable::forget_ended_before(double unix_s) {
+Result<std::vector<std::string>> JobTable::forget_ended(const Kept& kept) {
   using Ids = std::vector<std::string>;
+  // The newest that fit, in all of them; the first that does not fit, and all older ones, go.
+  const auto oldest = state_->read([&](SqliteDatabase& database) -> Result<double> {
+    auto rows = database.query(
+        "SELECT ended_s, (SELECT coalesce(sum(bytes), 0) FROM results WHERE job = number AND "
+        "substr(file, 1, length(?1)) = ?1) FROM jobs WHERE ended_s > 0 ORDER BY ended_s DESC",
+        {kept.folder + "/"});
+    if (!rows) return rows.error();
+    double since_s = kept.since_s;
+    std::uint64_t jobs = 0, bytes = 0;
+    while (true) {
+      const auto more = rows->next();
+      if (!more) return more.error();
+      if (!*more) return since_s;
+      const auto own = std::uint64_t(rows->integer(1));
+      bytes += own;
+      if (++jobs > kept.jobs || (jobs > 1 && own > 0 && bytes > kept.bytes))
+        return std::max(since_s, std::nextafter(rows->real(0), HUGE_VAL));
+    }
+  });
+  if (!oldest) return oldest.error();
   return state_->write<Ids>([&](CommitGroup::Transaction& transaction) -> Result<Ids> {
-    auto rows = transaction.database.query("DELETE FROM jobs WHERE ended_s > 0 AND ended_s < ? RETURNING id", {unix_s});
+    auto rows = transaction.database.query("DELETE FROM jobs WHERE ended_s > 0 AND ended_s < ? RETURNING id", {*oldest});
     if (!rows) return rows.error();
     Ids ids;
     while (true) {

@@ -24,7 +24,11 @@ struct JobRecord {
   std::string owner;         // who submitted it; empty: nobody in particular
   std::string client_token;  // unique among its owner's jobs; empty: none
   std::string name;          // for people
-  std::string request;       // serialized request, complete
+  // Serialized request, complete: to be given to submit(). What the table answers has none: see request().
+  std::string request;
+  // What lists tell of the request, serialized. To be given where the request is long, as with a camera path; empty: all
+  // of it.
+  std::string summary;
   std::string scene_id;
   int priority = 0;  // higher first
   JobState state = JobState::queued;
@@ -34,6 +38,7 @@ struct JobRecord {
   std::string reason;             // of the newest change; empty: none
   std::uint32_t attempt = 0;      // times it began to run
   std::uint64_t updated_seq = 0;  // of its newest event
+  std::string request_sha256;     // hexadecimal; empty: the summary is the request
   double submitted_s = 0, started_s = 0, ended_s = 0;  // started: of the first attempt
   std::uint32_t views = 1, views_done = 0;
   bool same_bits = true;  // every attempt so far ran on one build and instruction path
@@ -82,13 +87,16 @@ class JobTable {
     bool already_there = false;  // the owner's client_token was used before, with the same request
   };
   // Adds the job, queued, with its event; `by` is its owner. Of `job` count id, owner, client_token, name, request,
-  // scene_id, priority, views and submitted_s (0: now). invalid_argument: the id is empty or taken, or the client_token
-  // was used for another request; resource_exhausted (max_queued_jobs): so many are queued or paused.
-  // by: who asks, for the event.
+  // summary, scene_id, priority, views and submitted_s (0: now). invalid_argument: the id is empty or taken, or the
+  // client_token was used for another request; resource_exhausted: max_queued_jobs are queued or paused, or their long
+  // requests have kMostRequestBytes. by: who asks, for the event.
+  static constexpr std::uint64_t kMostRequestBytes = 1 << 30;
   Result<Submitted> submit(const JobRecord& job, int max_queued, const std::string& by);
   // Makes the change and its event, and forgets the target; running counts an attempt. A running job that was asked to
   // be canceled comes to an end by any change, and one that was asked to pause pauses in place of going back into the
-  // queue. not_found; failed_precondition names state and change.
+  // queue. not_found; failed_precondition names state and change, or says that people have paused and resumed it
+  // kMostEvents / 2 times.
+  static constexpr std::int64_t kMostEvents = 10000;
   Result<JobRecord> change(const std::string& id, const JobChange& change);
   // Pause or cancel of a running job is on its way; succeeded: no longer. No event. not_found; failed_precondition: the
   // job is not running; invalid_argument: another target.
@@ -100,6 +108,9 @@ class JobTable {
   Status add_result(const std::string& id, const JobResult& result);
 
   Result<JobRecord> get(const std::string& id) const;                   // not_found
+  Result<std::string> request(const std::string& id) const;  // not_found; failed_precondition: the job is at its end
+  // Whether the job was submitted with this request.
+  static bool has_request(const JobRecord& job, const std::string& request);
   Result<std::vector<JobResult>> results(const std::string& id) const;  // by view; not_found
   struct Page {
     std::vector<JobRecord> jobs;  // newest submission first
@@ -122,8 +133,14 @@ class JobTable {
   Result<std::vector<JobRecord>> in_state(JobState state) const;
   // Number of jobs by state: of queued at [std::size_t(JobState::queued)], and so on.
   Result<std::vector<std::uint64_t>> counts() const;
-  // Forgets jobs that came to their end before this time, with events and results; answers their ids.
-  Result<std::vector<std::string>> forget_ended_before(double unix_s);
+  struct Kept {
+    double since_s = 0;           // Unix time; ended before: forgotten
+    std::uint64_t jobs = ~0ull;   // at most so many that came to their end
+    std::uint64_t bytes = ~0ull;  // of their pictures in `folder`, the newest job's aside
+    std::string folder = {};      // absolute path
+  };
+  // Forgets jobs at their end that are not to be kept, the oldest first, with events and results; answers their ids.
+  Result<std::vector<std::string>> forget_ended(const Kept& kept);
 
   // Writes to the disk and changes nothing: whether the table takes changes.
   Status probe();

@@ -54,7 +54,9 @@ int run(const CLI::App& app, const HealthOptions& options) {
   const std::string what = service.empty() ? "the daemon" : service;
   if (!*serving) {
     return terminal.fail(kFailed,
-                         fmt::format("{} at {} does not serve: it drains, or is not ready", what, connection.address),
+                         fmt::format("{} at {} does not serve: it drains, or is not ready{}", what,
+                                     connection.address,
+                                     service.ends_with("jobs") ? ", or its state folder takes no changes" : ""),
                          json);
   }
   json["serving"] = true;

@@ -36,11 +36,11 @@ struct TokenOptions {
 Caller read_caller(const TokenOptions& options, OptionReader& reader) {
   Caller caller;
   if (options.names.size() != 1 || !is_token_name(options.names.front()) ||
-      options.names.front().starts_with("line-")) {
+      options.names.front().starts_with(AccessTokens::kUnnamed)) {
     reader.problems().add("NAME",
                           (options.names.size() == 1 ? "'" + options.names.front() + "'"
                                                      : std::to_string(options.names.size()) + " names") +
-                              "; allowed: one of 1 to 64 letters, digits, '.', '_' and '-', not begun with line-");
+                              "; allowed: one of 1 to 64 letters, digits, '.', '_' and '-', not begun with unnamed-");
   } else {
     caller.name = options.names.front();
   }
@@ -56,13 +56,15 @@ Caller read_caller(const TokenOptions& options, OptionReader& reader) {
   return caller;
 }
 
-// Readable by its owner alone, from the first byte on.
+// Readable by its owner alone, from the first byte on. A token that is there stays: nobody could find it again.
 Status write_secret(const std::string& file, const std::string& token) {
   const mode_t before = umask(S_IRWXG | S_IRWXO);
   const std::string text = token + "\n";
-  const Status written = write_file_atomically(file, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+  auto secret = AtomicFile::create(file);
   umask(before);
-  return written;
+  if (!secret) return secret.error();
+  const Status written = secret->write({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+  return written.ok() ? secret->commit(Flush::now, false) : written;
 }
 
 int run(const CLI::App& app, const TokenOptions& options) {

@@ -1,4 +1,5 @@
-// What it costs the daemon to resolve, encode and send ten pictures a second, and to tell its metrics meanwhile.
+// What it costs the daemon to resolve, encode and send ten pictures a second, and to tell its metrics or encrypt them
+// meanwhile.
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -15,6 +16,7 @@
 #include <thread>
 
 #include "renderer/base/clock.h"
+#include "tests/bench/peers/child_process.h"
 #include "tests/bench/peers/daemon_process.h"
 #include "tests/bench/reports/statistics.h"
 #include "tests/bench/subcommands.h"
@@ -174,58 +176,65 @@ struct Run {
   double bytes_per_picture = 0;
 };
 
-// A number of views at a steady pace, and their frames to the end. The daemon's processor time, less what its workers
-// spent on samples and error estimates: their time for the session (ListSessions), in the proportion of the frames'
-// passes.
-Result<Run> measure(DaemonProcess& daemon, RenderClient& client, FrameStream& stream, Received& received,
-                    std::uint64_t& view_id) {
-  const auto used_seconds = [&]() -> Result<double> {
-    const auto sessions = client.list_sessions();
-    if (!sessions) return sessions.error();
-    return sessions.value().sessions(0).used_seconds();
-  };
-  received.clear();
-  const auto used_before = used_seconds();
-  if (!used_before) return used_before.error();
-  const double cpu_before = daemon.cpu_seconds(), started = now_s();
-  for (int i = 0; i < kViewsPerRun; ++i) {
-    pb::View view;
-    set_view(view, ++view_id);
-    if (const Status sent = stream.send_view(view); !sent) return sent.error();
-    const double next = started + (i + 1) * kViewInterval;
-    std::this_thread::sleep_for(std::chrono::duration<double>(std::max(0.0, next - now_s())));
-  }
-  const bool complete = received.wait_for_frames(kViewsPerRun);
-  const double cpu = daemon.cpu_seconds() - cpu_before;
-  const auto used_after = used_seconds();
-  if (!used_after) return used_after.error();
+struct CertificateFiles {
+  std::string certificate, key;
+};
 
-  const std::lock_guard lock(received.mutex);
-  if (!complete || received.superseded > kMostSuperseded) {
-    return Error{ErrorCode::internal,
-                 std::to_string(received.superseded) + " of " + std::to_string(kViewsPerRun) +
-                     " frames were not done in time: the machine is too slow or too busy for this figure",
-                 "stream"};
-  }
-  const double per_pass_second =
-      (used_after.value() - used_before.value()) / (received.tracing + received.estimating + received.others);
-  const double tracing = received.tracing * per_pass_second, estimating = received.estimating * per_pass_second;
-  const double pictures = double(received.pixels) / (kWidth * kHeight);
-  return Run{(cpu - tracing - estimating) / pictures, estimating / pictures, double(received.bytes) / pictures};
+// Of a daemon on this machine, signed by itself.
+Result<CertificateFiles> make_certificate(const std::filesystem::path& folder) {
+  CertificateFiles files{(folder / "daemon.pem").string(), (folder / "daemon.key").string()};
+  auto made = ChildProcess::start({"openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256",
+                                   "-nodes", "-days", "2", "-subj", "/CN=localhost", "-addext",
+                                   "subjectAltName=IP:127.0.0.1", "-keyout", files.key, "-out", files.certificate});
+  if (!made) return made.error();
+  if ((*made)->wait() != 0) return Error{ErrorCode::internal, "openssl made no certificate", files.certificate};
+  return files;
 }
 
-}  // namespace
+// A daemon, and a client that receives what it renders.
+class Streaming {
+ public:
+  // tls: of the client, where the daemon's options ask for it.
+  static Result<std::unique_ptr<Streaming>> start(BenchContext& context, const std::filesystem::path& card,
+                                                  const std::vector<std::string>& options, const TlsOptions& tls);
+  ~Streaming() {
+    if (!stream_) return;
+    (void)stream_->close(true);
+    (void)stream_->wait();
+  }
 
-Status run_stream(BenchContext& context, Figures& figures) {
-  const std::filesystem::path card = context.folder() / "card.gltf";
-  if (const Status written = write_card(card); !written) return written;
-  auto daemon = DaemonProcess::start(context.options(), context.folder(), {"--http", "127.0.0.1:0"});
+  // A number of views at a steady pace, and their frames to the end. The daemon's processor time, less what its workers
+  // spent on samples and error estimates: their time for the session (ListSessions), in the proportion of the frames'
+  // passes.
+  Result<Run> measure();
+  const std::string& http_address() const { return http_address_; }
+
+ private:
+  Streaming() = default;
+
+  std::unique_ptr<DaemonProcess> daemon_;
+  std::unique_ptr<RenderClient> client_;
+  Received received_;
+  std::unique_ptr<FrameStream> stream_;
+  std::string http_address_;
+  std::uint64_t view_id_ = 0;
+};
+
+Result<std::unique_ptr<Streaming>> Streaming::start(BenchContext& context, const std::filesystem::path& card,
+                                                    const std::vector<std::string>& options, const TlsOptions& tls) {
+  std::unique_ptr<Streaming> made(new Streaming());
+  Streaming& own = *made;
+  auto daemon = DaemonProcess::start(context.options(), context.folder(), options);
   if (!daemon) return daemon.error();
-  auto client = (*daemon)->connect();
-  if (!client) return client.error();
-  const auto info = (*client)->server_info();
+  own.daemon_ = std::move(*daemon);
+  auto connected = own.daemon_->connect(tls);
+  if (!connected) return connected.error();
+  own.client_ = std::move(*connected);
+  RenderClient& client = *own.client_;
+  const auto info = client.server_info();
   if (!info) return info.error();
-  const auto scene = upload(**client, card);
+  own.http_address_ = info.value().http_address();
+  const auto scene = upload(client, card);
   if (!scene) return scene.error();
 
   pb::CreateSessionRequest create;
@@ -233,18 +242,17 @@ Status run_stream(BenchContext& context, Figures& figures) {
   create.mutable_settings()->set_width(kWidth);
   create.mutable_settings()->set_height(kHeight);
   create.mutable_budget()->set_samples(2);
-  const auto session = (*client)->create_session(create);
+  const auto session = client.create_session(create);
   if (!session) return session.error();
 
-  Received received;
   FrameCallbacks callbacks;
-  callbacks.tile = [&](const pb::Tile& tile) {
+  callbacks.tile = [&received = own.received_](const pb::Tile& tile) {
     const std::lock_guard lock(received.mutex);
     received.pixels +=
         std::int64_t(tile.window().x1() - tile.window().x0()) * (tile.window().y1() - tile.window().y0());
     received.bytes += tile.exr().size();
   };
-  callbacks.frame_end = [&](const pb::FrameEnd& end) {
+  callbacks.frame_end = [&received = own.received_](const pb::FrameEnd& end) {
     const std::lock_guard lock(received.mutex);
     ++received.frames;
     received.superseded += end.reason() != pb::END_REASON_SAMPLES;
@@ -260,31 +268,86 @@ Status run_stream(BenchContext& context, Figures& figures) {
   open.set_session_id(session.value().session_id());
   open.mutable_format()->set_pixel_type(pb::PIXEL_TYPE_HALF);
   open.mutable_format()->set_compression(pb::COMPRESSION_NONE);
-  const auto stream = (*client)->stream_frames(open, callbacks);
+  own.stream_ = client.stream_frames(open, callbacks);
+  return made;
+}
 
-  std::vector<double> share, scraped_share, estimates, rate;
-  std::uint64_t view_id = 0;
+Result<Run> Streaming::measure() {
+  const auto used_seconds = [&]() -> Result<double> {
+    const auto sessions = client_->list_sessions();
+    if (!sessions) return sessions.error();
+    return sessions.value().sessions(0).used_seconds();
+  };
+  received_.clear();
+  const auto used_before = used_seconds();
+  if (!used_before) return used_before.error();
+  const double cpu_before = daemon_->cpu_seconds(), started = now_s();
+  for (int i = 0; i < kViewsPerRun; ++i) {
+    pb::View view;
+    set_view(view, ++view_id_);
+    if (const Status sent = stream_->send_view(view); !sent) return sent.error();
+    const double next = started + (i + 1) * kViewInterval;
+    std::this_thread::sleep_for(std::chrono::duration<double>(std::max(0.0, next - now_s())));
+  }
+  const bool complete = received_.wait_for_frames(kViewsPerRun);
+  const double cpu = daemon_->cpu_seconds() - cpu_before;
+  const auto used_after = used_seconds();
+  if (!used_after) return used_after.error();
+
+  const std::lock_guard lock(received_.mutex);
+  if (!complete || received_.superseded > kMostSuperseded) {
+    return Error{ErrorCode::internal,
+                 std::to_string(received_.superseded) + " of " + std::to_string(kViewsPerRun) +
+                     " frames were not done in time: the machine is too slow or too busy for this figure",
+                 "stream"};
+  }
+  const double per_pass_second =
+      (used_after.value() - used_before.value()) / (received_.tracing + received_.estimating + received_.others);
+  const double tracing = received_.tracing * per_pass_second, estimating = received_.estimating * per_pass_second;
+  const double pictures = double(received_.pixels) / (kWidth * kHeight);
+  return Run{(cpu - tracing - estimating) / pictures, estimating / pictures, double(received_.bytes) / pictures};
+}
+
+}  // namespace
+
+Status run_stream(BenchContext& context, Figures& figures) {
+  const std::filesystem::path card = context.folder() / "card.gltf";
+  if (const Status written = write_card(card); !written) return written;
+  TlsOptions tls;
+  const auto certificate = make_certificate(context.folder());
+  if (!certificate) return certificate.error();
+  tls.on = true;
+  tls.ca_file = certificate->certificate;
+  auto plain = Streaming::start(context, card, {"--http", "127.0.0.1:0"}, {});
+  if (!plain) return plain.error();
+  auto encrypted = Streaming::start(
+      context, card, {"--tls-certificate", certificate->certificate, "--tls-key", certificate->key}, tls);
+  if (!encrypted) return encrypted.error();
+
+  std::vector<double> share, scraped_share, encrypted_share, estimates, rate;
   for (int i = -1; i < context.options().repeat; ++i) {
-    const auto run = measure(**daemon, **client, *stream, received, view_id);
+    // In turns, so that what else the machine does disturbs all alike.
+    const auto run = (*plain)->measure();
     if (!run) return run.error();
-    // In turns, so that what else the machine does disturbs both alike.
     const auto scraped = [&]() -> Result<Run> {
-      const Scraper scraper(info.value().http_address());
-      auto run = measure(**daemon, **client, *stream, received, view_id);
+      const Scraper scraper((*plain)->http_address());
+      auto run = (*plain)->measure();
       if (run && !scraper.works()) return Error{ErrorCode::internal, "/metrics gave no answer", "stream"};
       return run;
     }();
     if (!scraped) return scraped.error();
+    const auto secret = (*encrypted)->measure();
+    if (!secret) return secret.error();
     if (i < 0) continue;  // warm-up
     scraped_share.push_back(scraped.value().seconds_per_picture / run.value().seconds_per_picture);
+    encrypted_share.push_back(secret.value().seconds_per_picture / run.value().seconds_per_picture);
     share.push_back(100 * run.value().seconds_per_picture * kPicturesPerSecond / kCores);
     estimates.push_back(100 * run.value().estimating_per_picture * kPicturesPerSecond / kCores);
     rate.push_back(1e-6 * run.value().bytes_per_picture * kPicturesPerSecond);
   }
-  (void)stream->close(true);
-  (void)stream->wait();
   figures.add({"stream.cpu_share", median(share), "%", 4.0, Better::lower});
   figures.add({"stream.cpu_share.scraped", median(scraped_share), "x", 1.15, Better::lower});
+  figures.add({"stream.cpu_share.tls", median(encrypted_share), "x", 1.15, Better::lower});
   figures.add({"stream.cpu_share.of_error_estimates", median(estimates), "%", std::nullopt, Better::lower});
   figures.add({"stream.megabytes_per_second", median(rate), "MB/s", std::nullopt, Better::lower});
   return ok_status();

@@ -35,8 +35,9 @@ Result<std::unique_ptr<DaemonProcess>> DaemonProcess::start(const BenchOptions& 
   return Error{ErrorCode::unavailable, "did not serve within 30 s", options.daemon};
 }
 
-Result<std::unique_ptr<RenderClient>> DaemonProcess::connect() const {
+Result<std::unique_ptr<RenderClient>> DaemonProcess::connect(const TlsOptions& tls) const {
   ConnectOptions options;
+  options.tls = tls;
   options.retry = true;
   return RenderClient::connect(address_, options);
 }

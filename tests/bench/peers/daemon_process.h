@@ -18,7 +18,7 @@ class DaemonProcess {
   static Result<std::unique_ptr<DaemonProcess>> start(const BenchOptions& options, const std::filesystem::path& folder,
                                                       const std::vector<std::string>& more = {});
 
-  Result<std::unique_ptr<RenderClient>> connect() const;
+  Result<std::unique_ptr<RenderClient>> connect(const TlsOptions& tls = {}) const;
   const std::string& address() const { return address_; }
 
   // Processor time of all its threads since it started, user and system; resolution 10 ms.

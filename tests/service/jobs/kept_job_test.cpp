@@ -170,6 +170,59 @@ TEST_F(KeptJobsTest, IsForgottenOnceItsDaysAreOver) {
   EXPECT_TRUE(eventually([&] { return !fs::exists(folder_ / ("state/results/" + id)); }));
 }
 
+TEST_F(KeptJobsTest, TheOldestIsForgottenWhereTooManyHaveEnded) {
+  start_daemon();
+  const std::string scene = load_quad();
+  std::vector<std::string> ids;
+  for (int i = 0; i < 3; ++i) {
+    ids.push_back(submitted(request(scene, 16, 4)));
+    ASSERT_EQ(wait_for(ids.back(), pb::JOB_STATE_SUCCEEDED).state(), pb::JOB_STATE_SUCCEEDED);
+  }
+  restart(10, [](ServerConfig& config) {
+    config.max_ended_jobs = 2;
+    config.max_state_result_bytes = 1;  // but for the newest
+  });
+  const auto folders = [&] {
+    return std::distance(fs::directory_iterator(folder_ / "state/results"), fs::directory_iterator());
+  };
+  EXPECT_TRUE(eventually([&] { return folders() == 1; }));
+  EXPECT_TRUE(fs::exists(folder_ / ("state/results/" + ids[2] + "/0.exr")));
+  pb::GetJobRequest get;
+  get.set_job_id(ids[1]);
+  pb::Job known;
+  expect_status(call(&pb::RenderService::Stub::GetJob, get, &known), StatusCode::NOT_FOUND, {ids[1]});
+}
+
+// The views of a long path are kept apart from what lists tell.
+TEST_F(KeptJobsTest, ALongPathGoesOnAfterARestart) {
+  start_daemon([](ServerConfig& config) { config.max_jobs = 1; });
+  const std::string scene = load_quad();
+  const std::string before = submitted(request(scene, 16, kNoEnd));
+  wait_for(before, pb::JOB_STATE_RUNNING);
+  pb::SubmitJobRequest asked = request(scene, 16, 2);
+  asked.set_client_token("path");
+  for (int i = 0; i < 40; ++i) {
+    pb::CameraView& view = *asked.mutable_job()->add_views();
+    view.mutable_position()->set_z(2 + 0.1 * i);
+    view.mutable_look_at()->mutable_target();
+  }
+  const std::string id = submitted(asked);
+  EXPECT_EQ(job(id).settings().width(), 16u);
+  restart();
+  pb::SubmitJobResponse again;
+  ASSERT_TRUE(submit(asked, &again).ok());
+  EXPECT_TRUE(again.already_there());
+  ASSERT_TRUE(cancel(before).ok());
+  const pb::Job done = wait_for(id, pb::JOB_STATE_SUCCEEDED);
+  ASSERT_EQ(done.state(), pb::JOB_STATE_SUCCEEDED) << done.reason();
+  EXPECT_EQ(done.views_done(), 40u);
+  std::string nearest, farthest;
+  ASSERT_TRUE(fetch(id, 0, &nearest).ok() && fetch(id, 39, &farthest).ok());
+  EXPECT_NE(nearest, farthest);
+  ASSERT_TRUE(submit(asked, &again).ok()) << "at its end the request is known by its hash";
+  EXPECT_TRUE(again.already_there());
+}
+
 TEST_F(KeptJobsTest, AClientTokenAnswersTheSameJob) {
   start_daemon();
   pb::SubmitJobRequest asked = request(load_quad(), 16, 4);

@@ -2,6 +2,7 @@
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/message.h>
 #include <spdlog/spdlog.h>
+#include <sys/stat.h>
 
 #include <map>
 #include <set>
@@ -264,8 +265,28 @@ TEST_F(Roles, AnOldFileOfTokensAloneGivesEveryRight) {
   EXPECT_TRUE(stub().ListSessions(&context, pb::ListSessionsRequest(), &sessions).ok());
   const auto tokens = AccessTokens::read(in("tokens"));
   ASSERT_TRUE(tokens.ok());
-  EXPECT_EQ(tokens->find("0123456789abcdef")->name, "line-2");
+  // Not by their lines, which change when others come and go.
+  EXPECT_EQ(tokens->find("0123456789abcdef")->name, "unnamed-9f9f5111f7b2");
   EXPECT_EQ(tokens->find("fedcba9876543210")->role, Role::admin);
+}
+
+// Neither would end, nor a pipe without a writer begin.
+TEST_F(Roles, AFileOfTokensIsAFile) {
+  ASSERT_EQ(mkfifo(in("pipe").c_str(), 0600), 0);
+  for (const std::string& file : {in("pipe"), std::string("/dev/zero"), in("none")}) {
+    const auto read = AccessTokens::read(file);
+    ASSERT_FALSE(read.ok()) << file;
+    EXPECT_NE(read.error().to_string().find(file), std::string::npos) << read.error().to_string();
+  }
+}
+
+TEST_F(Roles, TheCaseOfTheSchemeDoesNotCount) {
+  const AccessTokens tokens = AccessTokens::of("0123456789abcdef");
+  EXPECT_TRUE(tokens.find_header("bearer 0123456789abcdef"));
+  EXPECT_TRUE(tokens.find_header("BEARER 0123456789abcdef"));
+  EXPECT_FALSE(tokens.find_header("Bearer 0123456789ABCDEF"));
+  EXPECT_FALSE(tokens.find_header("Basic 0123456789abcdef"));
+  EXPECT_FALSE(tokens.find_header("Bea"));
 }
 
 TEST_F(Roles, WrongLinesAreNamedAndShowNoToken) {
@@ -284,7 +305,8 @@ TEST_F(Roles, WrongLinesAreNamedAndShowNoToken) {
                         {"alice render sha256:12", "64 hexadecimal digits"},
                         {"alice render md5:12", "64 hexadecimal digits"},
                         {"al!ce render " + hash, "NAME ROLE sha256:HEX"},
-                        {"line-1 render " + hash, "another name"},
+                        {"unnamed-1 render " + hash, "another name"},
+                        {hash, "has a hash without a name"},
                         {"alice render " + hash + " sessions=many", "sessions: 'many'; allowed: [0, 1000000]"},
                         {"alice render " + hash + " memory=4X", "suffixes K, M, G, T"},
                         {"alice render " + hash + " jobs=1 jobs=2", "jobs comes twice"},

@@ -71,7 +71,14 @@ TEST_F(TokenCommand, ShowsTheTokenOnStderrAndNamesWhatIsWrong) {
        {"NAME: 'a b'", "--role: 'king' is none of view, render, admin", "--jobs", "--memory: 'much'"})
     EXPECT_NE(wrong.err.find(part), std::string::npos) << part << ": " << wrong.err;
   EXPECT_EQ(heliograph({"token"}).exit_code, 2);
-  EXPECT_EQ(heliograph({"token", "line-3"}).exit_code, 2);
+  EXPECT_EQ(heliograph({"token", "bob", "--output", "/dev/null"}).exit_code, 2);
+  // A token that is there cannot be found again.
+  const ProcessResult kept = heliograph({"token", "bob", "--output", folder_ / "mine"});
+  EXPECT_EQ(kept.exit_code, 0) << kept.err;
+  const std::string token = read_file(folder_ / "mine");
+  EXPECT_NE(heliograph({"token", "bob", "--output", folder_ / "mine"}).exit_code, 0);
+  EXPECT_EQ(read_file(folder_ / "mine"), token);
+  EXPECT_EQ(heliograph({"token", "unnamed-3"}).exit_code, 2);
 }
 
 }  // namespace

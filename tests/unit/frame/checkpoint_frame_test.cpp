@@ -5,6 +5,7 @@
 #include <atomic>
 #include <bit>
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -396,6 +397,42 @@ TEST_F(CheckpointLoop, BeginInALoopThatWasMadeWithoutThem) {
   EXPECT_EQ(end->progress.samples_per_pixel, 13u);
   ASSERT_TRUE(held_);
   EXPECT_EQ(held_->samples(), 13u * 64 * 48) << "no sample more";
+}
+
+// Until samples have a cost, plans last until the count has doubled, which may be as long as all that was rendered: no
+// checkpoint comes before, and a daemon cannot drain.
+TEST_F(CheckpointLoop, AfterOneTheFirstPlanIsShort) {
+  constexpr std::uint64_t kPixels = 32 * 32;
+  fake_.seconds_per_sample = 5e-6;  // 5 ms for one in every pixel, where a plan is to last 1 ms
+  hold_ = true;
+  const RenderSettings settings = film_of(32, 32);
+  RenderLoop::Update update = view(0);
+  // The first checkpoint that this is true of.
+  const auto render_until = [&](const std::function<bool(std::uint64_t)>& is_so) -> std::vector<std::uint8_t> {
+    held_.reset();
+    made_ = 0;
+    sink_ = std::make_shared<RecordingSink>();
+    sink_->keep_pixels = false;
+    RenderLoop loop(engine_, fake_.function(), settings, Budget{}, RenderRank::job, sink_, options(0));
+    loop.update(update);
+    for (int i = 1; i < 200; ++i) {
+      loop.checkpoint_soon();
+      if (!sink_->wait([&] { return made() >= i; })) break;
+      if (is_so(held_->samples() / kPixels)) return held_bytes();
+      const std::lock_guard lock(mutex_);
+      held_.reset();
+    }
+    return {};
+  };
+  const auto before = render_until([](std::uint64_t n) { return n > 32 && std::bit_ceil(n) - n > 16; });
+  auto resume = PictureCheckpoint::decode(before, settings);
+  ASSERT_TRUE(resume.ok()) << resume.error().to_string();
+  const std::uint64_t had = resume->samples() / kPixels;
+  update.resume = std::make_shared<const PictureCheckpoint>(std::move(*resume));
+  const auto after = render_until([&](std::uint64_t n) { return n > had; });
+  resume = PictureCheckpoint::decode(after, settings);
+  ASSERT_TRUE(resume.ok()) << resume.error().to_string();
+  EXPECT_LE(resume->samples() / kPixels, had + 8) << "of " << std::bit_ceil(had);
 }
 
 // Frames are superseded and cancelled at any moment, copies among them. Whatever was kept is whole.

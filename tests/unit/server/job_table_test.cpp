@@ -77,7 +77,8 @@ TEST_F(JobTableTest, ASubmittedJobIsThereAfterReopening) {
   EXPECT_EQ(found->owner, "owner");
   EXPECT_EQ(found->client_token, "token");
   EXPECT_EQ(found->name, "name of one");
-  EXPECT_EQ(found->request, std::string("request\0of one", 14));
+  EXPECT_EQ(found->summary, std::string("request\0of one", 14));
+  EXPECT_EQ(*table_->request("one"), std::string("request\0of one", 14));
   EXPECT_EQ(found->scene_id, "scene");
   EXPECT_EQ(found->priority, -3);
   EXPECT_EQ(found->state, queued);
@@ -285,7 +286,7 @@ TEST_F(JobTableTest, ListsPages) {
   submit("later");
   change("job3", running);
   change("job3", failed);
-  ASSERT_EQ(table_->forget_ended_before(4e9)->size(), 1u);
+  ASSERT_EQ(table_->forget_ended({4e9})->size(), 1u);
   while (!page->next.empty()) {
     page = table_->list({}, page->next, 10);
     ASSERT_TRUE(page);
@@ -342,7 +343,7 @@ TEST_F(JobTableTest, EventsGoOnFromASequenceNumber) {
   EXPECT_TRUE(table_->events("", 6, 100)->empty());
   EXPECT_TRUE(table_->events("", ~std::uint64_t(0), 100)->empty());
   // Numbers of jobs that are forgotten are not used again, which would hide events from who has seen those.
-  ASSERT_EQ(table_->forget_ended_before(4e9)->size(), 2u);
+  ASSERT_EQ(table_->forget_ended({4e9})->size(), 2u);
   EXPECT_TRUE(table_->events("", 0, 100)->empty());
   open();
   submit("c");
@@ -354,15 +355,71 @@ TEST_F(JobTableTest, ForgetsWhatHasEnded) {
   bring("running", running);
   submit("queued");
   ASSERT_TRUE(table_->add_result("running", {0, "end", "/a.exr", 5, "aa"}).ok());
-  EXPECT_TRUE(table_->forget_ended_before(table_->get("done")->ended_s)->empty());
-  EXPECT_EQ(*table_->forget_ended_before(4e9), std::vector<std::string>{"done"});
+  EXPECT_TRUE(table_->forget_ended({table_->get("done")->ended_s})->empty());
+  EXPECT_EQ(*table_->forget_ended({4e9}), std::vector<std::string>{"done"});
   EXPECT_FALSE(table_->get("done"));
   EXPECT_TRUE(table_->events("done", 0, 10)->empty());
   EXPECT_TRUE(table_->get("running"));
   EXPECT_TRUE(table_->get("queued"));
   change("running", succeeded);
-  ASSERT_EQ(table_->forget_ended_before(4e9)->size(), 1u);
+  ASSERT_EQ(table_->forget_ended({4e9})->size(), 1u);
   EXPECT_EQ(*table_->counts(), (std::vector<std::uint64_t>{0, 1, 0, 0, 0, 0, 0}));
+}
+
+// The newest jobs are kept, as many as fit; pictures count where the daemon keeps them.
+TEST_F(JobTableTest, ForgetsTheOldestThatDoNotFit) {
+  for (int i = 0; i < 5; ++i) {
+    const std::string id = "job" + std::to_string(i);
+    bring(id, running);
+    ASSERT_TRUE(table_->add_result(id, {0, "end", (i == 3 ? "/out/" : "/kept/") + id, 100, "aa"}).ok());
+    change(id, succeeded);
+  }
+  const auto forget = [&](std::uint64_t jobs, std::uint64_t bytes) {
+    auto ids = table_->forget_ended({0, jobs, bytes, "/kept"});
+    EXPECT_TRUE(ids) << ids.error().to_string();
+    return ids ? *ids : std::vector<std::string>();
+  };
+  EXPECT_TRUE(forget(5, 400).empty());
+  EXPECT_EQ(forget(5, 399), std::vector<std::string>{"job0"});
+  EXPECT_EQ(forget(3, 300), std::vector<std::string>{"job1"});
+  EXPECT_EQ(forget(3, 199), std::vector<std::string>{"job2"});
+  EXPECT_TRUE(forget(3, 100).empty());
+  EXPECT_EQ(forget(3, 99), std::vector<std::string>{}) << "the newest stays, and the one before has none here";
+  EXPECT_EQ(forget(0, 0).size(), 2u);
+}
+
+// Of a long request the table keeps the whole apart, until the job is at its end.
+TEST_F(JobTableTest, LongRequestsAreKeptApart) {
+  JobRecord job = make_job("one");
+  job.client_token = "token";
+  job.request = std::string(100000, 'v');
+  job.summary = "in short";
+  ASSERT_TRUE(table_->submit(job, kMany, "tester"));
+  submit("short");
+  EXPECT_EQ(table_->get("one")->summary, "in short");
+  EXPECT_EQ(table_->get("one")->request, "");
+  EXPECT_EQ(*table_->request("one"), job.request);
+  EXPECT_EQ(*table_->request("short"), make_job("short").request);
+  EXPECT_TRUE(JobTable::has_request(*table_->get("one"), job.request));
+  EXPECT_FALSE(JobTable::has_request(*table_->get("one"), "in short"));
+  expect_error(table_->request("none").error(), ErrorCode::not_found, {"none"});
+
+  // 100,000 bytes are there; the limit is reached with the next one's last byte.
+  JobRecord huge = make_job("huge");
+  huge.summary = "in short";
+  huge.request = std::string(JobTable::kMostRequestBytes - 100000 + 1, 'v');
+  expect_error(table_->submit(huge, kMany, "tester").error(), ErrorCode::resource_exhausted,
+               {"100000 bytes", "allowed: 1073741824"});
+  EXPECT_FALSE(table_->get("huge"));
+
+  change("one", running);
+  change("one", succeeded);
+  expect_error(table_->request("one").error(), ErrorCode::failed_precondition, {"SUCCEEDED"});
+  JobRecord again = job;
+  again.id = "two";
+  EXPECT_TRUE(table_->submit(again, kMany, "tester")->already_there);
+  again.request.back() = 'w';
+  expect_error(table_->submit(again, kMany, "tester").error(), ErrorCode::invalid_argument, {"another request"});
 }
 
 // The states' counters follow each row, one by one.
@@ -383,7 +440,7 @@ TEST_F(JobTableTest, CountsFollowEveryChange) {
   EXPECT_FALSE(table_->submit(make_job("to QUEUED"), kMany, "tester"));
   expect_counts("after refusals");
   ASSERT_TRUE(table_->set_priority("to QUEUED", 3));
-  ASSERT_TRUE(table_->forget_ended_before(1e18));
+  ASSERT_TRUE(table_->forget_ended({1e18}));
   EXPECT_EQ((*table_->counts())[std::size_t(queued)], 1u);
   EXPECT_EQ((*table_->counts())[std::size_t(failed)], 0u);
   expect_counts("after the end of some");
@@ -391,12 +448,15 @@ TEST_F(JobTableTest, CountsFollowEveryChange) {
 
 TEST_F(JobTableTest, ATableOfTheFirstVersionIsCounted) {
   for (const JobState state : kJobStates) bring("to " + std::string(to_string(state)), state);
+  const std::string request = *table_->request("to QUEUED");
   table_.reset();
   const std::string file = folder_ / "jobs.sqlite";
   {
     auto database = SqliteDatabase::open(file, SqliteDatabase::Access::write);
     ASSERT_TRUE(database) << database.error().to_string();
     const Status undone = (*database)->execute(
+        "DROP TABLE requests; DROP TABLE request_bytes; ALTER TABLE jobs RENAME COLUMN summary TO request; "
+        "ALTER TABLE jobs DROP COLUMN request_sha256; "
         "DROP TRIGGER job_added; DROP TRIGGER job_changed; DROP TRIGGER job_removed; DROP TABLE job_counts; "
         "PRAGMA user_version = 1");
     ASSERT_TRUE(undone.ok()) << undone.error().to_string();
@@ -405,6 +465,8 @@ TEST_F(JobTableTest, ATableOfTheFirstVersionIsCounted) {
   auto table = JobTable::open(file, notices);
   ASSERT_TRUE(table) << table.error().to_string();
   EXPECT_EQ(notices.size(), 1u);
+  EXPECT_EQ(*(*table)->request("to QUEUED"), request);
+  EXPECT_TRUE(JobTable::has_request(*(*table)->get("to QUEUED"), request));
   for (const JobState state : kJobStates) EXPECT_EQ((*(*table)->counts())[std::size_t(state)], 1u) << to_string(state);
 }
 

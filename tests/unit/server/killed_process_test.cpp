@@ -49,7 +49,7 @@ TEST(KilledProcess, LosesNoJobThatWasAnswered) {
     for (const auto& [job_id, done] : last_word) {
       const auto job = (*table)->get(job_id);
       ASSERT_TRUE(job) << job_id << " " << done;
-      EXPECT_EQ(job->request, make_job(job_id).request);
+      EXPECT_EQ(job->summary, make_job(job_id).request);
       // At least as far as was said; the next step may have been on its way.
       const std::uint32_t steps = job->state == JobState::queued      ? 0
                                   : job->state == JobState::succeeded ? 3
