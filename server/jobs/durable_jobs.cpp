@@ -597,8 +597,12 @@ void DurableJobs::schedule() {
     lock.lock();
     beginning_ = false;
     if (!done.ok()) {
-      spdlog::error("no job could be begun error={}", logged(done.error().to_string()));
       look_again_s_ = now_s() + kTryAgainSeconds;
+      // Without memory the line is lost.
+      (void)guarded([&] {
+        spdlog::error("no job could be begun error={}", logged(done.error().to_string()));
+        return ok_status();
+      });
     }
     if (!takes_changes_) look_again_s_ = std::min(look_again_s_, now_s() + kTryAgainSeconds);
     changed_.notify_all();
