@@ -9,6 +9,15 @@
 
 namespace helio {
 
+// Without memory for the message: "out of memory", which is short enough to need none.
+inline Error error_without_throwing(ErrorCode code, const char* message) noexcept {
+  try {
+    return {code, message, {}};
+  } catch (const std::bad_alloc&) {
+    return {code, "out of memory", {}};
+  }
+}
+
 // Calls `function`, which gives a Result<T>. An exception becomes an Error: resource_exhausted when memory is out (a
 // limit that is set above what the machine has), internal otherwise.
 template <class Function>
@@ -16,9 +25,10 @@ auto guarded(Function&& function) -> decltype(function()) {
   try {
     return function();
   } catch (const std::bad_alloc&) {
-    return Error{ErrorCode::resource_exhausted, "the machine's memory is used up, although max_memory is not", {}};
+    return error_without_throwing(ErrorCode::resource_exhausted,
+                                  "the machine's memory is used up, although max_memory is not");
   } catch (const std::exception& exception) {
-    return Error{ErrorCode::internal, exception.what(), {}};
+    return error_without_throwing(ErrorCode::internal, exception.what());
   }
 }
 

@@ -1,59 +1,39 @@
 #include "server/jobs/checkpoint_header.h"
 
-#include <charconv>
-#include <nlohmann/json.hpp>
-
-#include "renderer/codec/sha256.h"
+#include "server/jobs/checkpoint_header.pb.h"
+#include "server/state/sealed_message.h"
 
 namespace helio {
 namespace {
 
-using Json = nlohmann::json;
-
-std::optional<std::string> from_hex(const std::string& text) {
-  if (text.size() % 2 != 0) return std::nullopt;
-  std::string bytes;
-  for (std::size_t i = 0; i < text.size(); i += 2) {
-    unsigned value = 0;
-    const char* const end_of_byte = text.data() + i + 2;
-    const auto [end, error] = std::from_chars(text.data() + i, end_of_byte, value, 16);
-    if (error != std::errc() || end != end_of_byte) return std::nullopt;
-    bytes.push_back(char(value));
-  }
-  return bytes;
-}
+constexpr std::uint32_t kVersion = 2;
 
 }  // namespace
 
 std::string CheckpointHeader::write() const {
-  Json json{{"view", view}, {"build", build}, {"same_bits", same_bits}};
-  const auto hex = [](const std::string& bytes) {
-    return to_hex({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
-  };
-  if (frame_end) json["frame_end"] = hex(*frame_end);
-  if (!progress.empty()) json["progress"] = hex(progress);
-  if (time_s > 0) json["time_s"] = time_s;
-  return json.dump();
+  heliograph::kept::CheckpointHeader message;
+  message.set_view(view);
+  message.set_build(build);
+  message.set_same_bits(same_bits);
+  if (frame_end) message.set_frame_end(*frame_end);
+  message.set_progress(progress);
+  message.set_time_s(time_s);
+  const std::vector<std::uint8_t> bytes = seal(message, kVersion);
+  return {bytes.begin(), bytes.end()};
 }
 
-std::optional<CheckpointHeader> CheckpointHeader::read(const std::string& text) {
-  const Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
-  if (!json.is_object()) return std::nullopt;
-  try {
-    CheckpointHeader header;
-    header.view = json.at("view");
-    header.build = json.at("build");
-    header.same_bits = json.at("same_bits");
-    if (json.contains("frame_end")) {
-      header.frame_end = from_hex(json.at("frame_end"));
-      if (!header.frame_end) return std::nullopt;
-    }
-    if (json.contains("progress")) header.progress = from_hex(json.at("progress")).value_or("");
-    header.time_s = json.value("time_s", 0.0);
-    return header;
-  } catch (const Json::exception&) {
-    return std::nullopt;
-  }
+Result<CheckpointHeader> CheckpointHeader::read(const std::string& bytes) {
+  heliograph::kept::CheckpointHeader message;
+  if (const Status read = unseal(bytes, kVersion, message); !read.ok())
+    return Error{read.error().code, "its header " + read.error().message, {}};
+  CheckpointHeader header;
+  header.view = message.view();
+  header.build = message.build();
+  header.same_bits = message.same_bits();
+  if (message.has_frame_end()) header.frame_end = message.frame_end();
+  header.progress = message.progress();
+  header.time_s = message.time_s();
+  return header;
 }
 
 }  // namespace helio

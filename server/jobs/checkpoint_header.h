@@ -1,9 +1,11 @@
-// What the checkpoint file of a job says of its body, as JSON.
+// What the checkpoint file of a job says of its body.
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <string>
+
+#include "renderer/base/result.h"
 
 namespace helio {
 
@@ -19,8 +21,9 @@ struct CheckpointHeader {
   std::string progress = {};
   double time_s = 0;
 
-  std::string write() const;
-  static std::optional<CheckpointHeader> read(const std::string& text);  // nothing: it is none
+  std::string write() const;  // a sealed message of checkpoint_header.proto
+  // internal, as a sentence about the checkpoint: its header is damaged or of another version.
+  static Result<CheckpointHeader> read(const std::string& bytes);
 };
 
 }  // namespace helio

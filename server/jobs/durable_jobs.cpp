@@ -39,6 +39,12 @@ constexpr char kDaemonEnded[] = "the daemon ended while it ran";
 constexpr char kNoThread[] = "the machine had no thread or memory for it";
 constexpr double kFreshSeconds = 2;      // age of a running job's checkpoint that is shown as it is
 
+// not_found: there is no checkpoint that is whole; internal: its header cannot be read.
+Result<CheckpointHeader> header_of(const CheckpointFiles::Newest& newest) {
+  if (!newest.file) return Error{ErrorCode::not_found, "there is no checkpoint that is whole", {}};
+  return CheckpointHeader::read(newest.file->header);
+}
+
 bool has_control(const std::string& text) {
   return std::any_of(text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 127; });
 }
@@ -172,7 +178,7 @@ Status DurableJobs::take_up_running(const char* reason) {
 // As the job's newest checkpoint tells, without a look at the picture.
 void DurableJobs::note_progress(const std::string& id) {
   const auto newest = checkpoints_.read_head(id);
-  const auto header = newest.file ? CheckpointHeader::read(newest.file->header) : std::nullopt;
+  const auto header = header_of(newest);
   if (auto kept = header ? kept_progress(*header) : std::nullopt) kept_progress_[id] = std::move(*kept);
 }
 
@@ -503,7 +509,7 @@ Result<DurableJobs::ResultTiles> DurableJobs::tiles(const pb::GetResultRequest& 
     if (running) found->second.attempt->checkpoint_soon(kFreshSeconds);
   }
   auto newest = checkpoints_.look(record->id, std::max(checkpoint, 2 * planes));
-  const auto header = newest.file ? CheckpointHeader::read(newest.file->header) : std::nullopt;
+  const auto header = header_of(newest);
   pb::JobView view;
   view.set_view(asked.view());
   if (header && header->view == asked.view() && header->frame_end) {
@@ -606,8 +612,12 @@ void DurableJobs::schedule() {
     lock.lock();
     beginning_ = false;
     if (!done.ok()) {
-      spdlog::error("no job could be begun error={}", logged(done.error().to_string()));
       look_again_s_ = now_s() + kTryAgainSeconds;
+      // Without memory the line is lost.
+      (void)guarded([&] {
+        spdlog::error("no job could be begun error={}", logged(done.error().to_string()));
+        return ok_status();
+      });
     }
     if (!takes_changes_) look_again_s_ = std::min(look_again_s_, now_s() + kTryAgainSeconds);
     changed_.notify_all();

@@ -230,15 +230,17 @@ Result<JobAttempt::Resumed> JobAttempt::find_checkpoint(std::uint32_t view) {
     if (!newest.file) return Resumed();
     const std::uint64_t number = newest.file->number;
     const auto header = CheckpointHeader::read(newest.file->header);
-    std::string useless = "its header cannot be read";
-    if (header && header->view != view) {
-      useless.clear();  // of a view before
-    } else if (header && header->frame_end) {
+    std::string useless;
+    if (!header) {
+      useless = header.error().message;
+    } else if (header->view != view) {
+      // It is of a view before.
+    } else if (header->frame_end) {
       resumed.header = *header;
       resumed.file = std::move(newest.file->body);
       resumed.memory = std::move(*memory);
       return resumed;
-    } else if (header) {
+    } else {
       auto picture = PictureCheckpoint::decode(std::move(newest.file->body), planned_->plan.settings);
       const Status suits = picture ? picture->suits(planned_->plan.settings, planned_->plan.views[view])
                                    : Status(picture.error());

@@ -21,7 +21,7 @@ struct SessionRecord {
   std::string build;          // rendering_build() of the samples
   std::string without;        // why no samples are kept; empty: they are, or there were none
 
-  std::string write() const;  // CBOR
+  std::string write() const;  // a sealed message of session_record.proto
   // internal: no record, one of a version that this program does not know, or with values out of their ranges.
   static Result<SessionRecord> read(const std::string& bytes, const RenderLimits& limits);
 };

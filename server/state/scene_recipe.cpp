@@ -3,85 +3,55 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <cstring>
-#include <nlohmann/json.hpp>
 
-#include "renderer/codec/checksum.h"
+#include "server/state/scene_recipe.pb.h"
+#include "server/state/sealed_message.h"
 
 namespace helio {
 namespace {
 
-using nlohmann::json;
+namespace kept = heliograph::kept;
+using Message = kept::SceneRecipe;
 
-constexpr int kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
+constexpr int kNumbers = 16;  // of a matrix
 
-json to_json(const Rgb& c) {
-  return {c.x, c.y, c.z};
+void write(const Rgb& from, Message::Rgb& to) {
+  to.set_r(from.x);
+  to.set_g(from.y);
+  to.set_b(from.z);
 }
-json to_json(const M44d& m) {
-  json numbers = json::array();
-  for (int i = 0; i < 16; ++i) numbers.push_back(m[i / 4][i % 4]);
-  return numbers;
+void write(const MaterialValues& from, Message::MaterialValues& to) {
+  write(from.base_color, *to.mutable_base_color());
+  write(from.emission, *to.mutable_emission());
+  to.set_roughness(from.roughness);
 }
-json to_json(const MaterialValues& values) {
-  return {to_json(values.base_color), to_json(values.emission), values.roughness};
-}
-
-void read(const json& from, Rgb& to) {
-  for (int i = 0; i < 3; ++i) to[i] = from.at(std::size_t(i)).get<float>();
-}
-void read(const json& from, M44d& to) {
-  for (int i = 0; i < 16; ++i) to[i / 4][i % 4] = from.at(std::size_t(i)).get<double>();
-}
-void read(const json& from, MaterialValues& to) {
-  read(from.at(0), to.base_color);
-  read(from.at(1), to.emission);
-  to.roughness = from.at(2).get<float>();
+void write(const M44d& from, google::protobuf::RepeatedField<double>& to) {
+  to.Reserve(kNumbers);
+  for (int i = 0; i < kNumbers; ++i) to.Add(from[i / 4][i % 4]);
 }
 
-template <class T>
-json to_json(const std::map<std::uint32_t, Changed<T>>& changes) {
-  json rows = json::array();
-  for (const auto& [index, change] : changes) rows.push_back({index, to_json(change.from), to_json(change.to)});
-  return rows;
+void read(const Message::Rgb& from, Rgb& to) {
+  to = {from.r(), from.g(), from.b()};
+}
+void read(const Message::MaterialValues& from, MaterialValues& to) {
+  read(from.base_color(), to.base_color);
+  read(from.emission(), to.emission);
+  to.roughness = from.roughness();
+}
+void read(const google::protobuf::RepeatedField<double>& from, M44d& to) {
+  for (int i = 0; i < kNumbers; ++i) to[i / 4][i % 4] = from[i];
 }
 
-template <class T>
-void read(const json& from, std::map<std::uint32_t, Changed<T>>& to) {
-  for (const json& row : from) {
-    Changed<T>& change = to[row.at(0).get<std::uint32_t>()];
-    read(row.at(1), change.from);
-    read(row.at(2), change.to);
-  }
+template <class T, class Change>
+void write_change(const Changed<T>& from, Change& to) {
+  write(from.from, *to.mutable_from());
+  write(from.to, *to.mutable_to());
 }
-
-Sha256Digest digest_of(const json& bytes) {
-  const json::binary_t& binary = bytes.get_binary();
-  Sha256Digest digest{};
-  if (binary.size() != digest.size()) throw json::other_error::create(501, "a digest has not 32 bytes", &bytes);
-  std::copy(binary.begin(), binary.end(), digest.begin());
-  return digest;
-}
-
-SceneRecipe read_recipe(const json& from) {
-  SceneRecipe recipe;
-  from.at("scene").get_to(recipe.scene_id);
-  from.at("loaded").get_to(recipe.loaded_id);
-  from.at("time_s").get_to(recipe.time_s);
-  from.at("animation").get_to(recipe.animation);
-  from.at("environment").get_to(recipe.environment);
-  from.at("main_file").get_to(recipe.main_file);
-  from.at("upload").get_to(recipe.upload);
-  for (const json& file : from.at("files")) recipe.files[file.at(0).get<std::string>()] = digest_of(file.at(1));
-  read(from.at("transforms"), recipe.changes.transforms);
-  read(from.at("materials"), recipe.changes.materials);
-  read(from.at("lights"), recipe.changes.lights);
-  if (const json& environment = from.at("radiance"); !environment.empty()) {
-    Changed<Rgb>& change = recipe.changes.environment.emplace();
-    read(environment.at(0), change.from);
-    read(environment.at(1), change.to);
-  }
-  return recipe;
+template <class Change, class T>
+void read_change(const Change& from, Changed<T>& to) {
+  read(from.from(), to.from);
+  read(from.to(), to.to);
 }
 
 Error damaged(const std::string& why) {
@@ -114,47 +84,68 @@ SceneRecipe make_recipe(const LoadedScene& scene) {
 }
 
 std::vector<std::uint8_t> encode_recipe(const SceneRecipe& recipe) {
-  json files = json::array();
+  Message message;
+  message.set_scene_id(recipe.scene_id);
+  message.set_loaded_id(recipe.loaded_id);
+  message.set_time_s(recipe.time_s);
+  message.set_animation(recipe.animation);
+  message.set_environment(recipe.environment);
+  message.set_main_file(recipe.main_file);
+  message.set_upload(recipe.upload);
   for (const auto& [name, digest] : recipe.files) {
-    files.push_back({name, json::binary(std::vector<std::uint8_t>(digest.begin(), digest.end()))});
+    Message::File& file = *message.add_files();
+    file.set_name(name);
+    file.set_sha256(digest.data(), digest.size());
   }
-  json radiance = json::array();
-  if (const auto& change = recipe.changes.environment) radiance = {to_json(change->from), to_json(change->to)};
-  const json all = {{"version", kVersion},
-                    {"scene", recipe.scene_id},
-                    {"loaded", recipe.loaded_id},
-                    {"time_s", recipe.time_s},
-                    {"animation", recipe.animation},
-                    {"environment", recipe.environment},
-                    {"main_file", recipe.main_file},
-                    {"upload", recipe.upload},
-                    {"files", std::move(files)},
-                    {"transforms", to_json(recipe.changes.transforms)},
-                    {"materials", to_json(recipe.changes.materials)},
-                    {"lights", to_json(recipe.changes.lights)},
-                    {"radiance", std::move(radiance)}};
-  std::vector<std::uint8_t> bytes = json::to_cbor(all);
-  const std::uint32_t sum = crc32_of(bytes.data(), bytes.size());
-  for (int shift = 0; shift < 32; shift += 8) bytes.push_back(std::uint8_t(sum >> shift));
-  return bytes;
+  for (const auto& [object, change] : recipe.changes.transforms) {
+    Message::TransformChange& row = *message.add_transforms();
+    row.set_object(object);
+    write_change(change, row);
+  }
+  for (const auto& [material, change] : recipe.changes.materials) {
+    Message::MaterialChange& row = *message.add_materials();
+    row.set_material(material);
+    write_change(change, row);
+  }
+  for (const auto& [light, change] : recipe.changes.lights) {
+    Message::LightChange& row = *message.add_lights();
+    row.set_light(light);
+    write_change(change, row);
+  }
+  if (const auto& change = recipe.changes.environment) write_change(*change, *message.mutable_environment_radiance());
+  return seal(message, kVersion);
 }
 
 Result<SceneRecipe> decode_recipe(std::span<const std::uint8_t> bytes) {
-  if (bytes.size() < 4) return damaged(fmt::format("it has {} bytes", bytes.size()));
-  const auto content = bytes.first(bytes.size() - 4);
-  std::uint32_t sum = 0;
-  for (std::size_t i = 0; i < 4; ++i) sum |= std::uint32_t(bytes[content.size() + i]) << (8 * i);
-  if (sum != crc32_of(content.data(), content.size())) return damaged("its checksum is another");
-  try {
-    const json from = json::from_cbor(content.begin(), content.end());
-    if (const int version = from.at("version").get<int>(); version != kVersion) {
-      return Error{ErrorCode::internal,
-                   fmt::format("has version {}; this program reads version {}", version, kVersion), {}};
+  Message message;
+  if (const Status read = unseal(bytes, kVersion, message); !read.ok()) return read.error();
+  SceneRecipe recipe;
+  recipe.scene_id = message.scene_id();
+  recipe.loaded_id = message.loaded_id();
+  recipe.time_s = message.time_s();
+  recipe.animation = message.animation();
+  recipe.environment = message.environment();
+  recipe.main_file = message.main_file();
+  recipe.upload = message.upload();
+  for (const Message::File& file : message.files()) {
+    Sha256Digest& digest = recipe.files[file.name()];
+    if (file.sha256().size() != digest.size()) {
+      return damaged(fmt::format("a SHA-256 has {} bytes; allowed: {}", file.sha256().size(), digest.size()));
     }
-    return read_recipe(from);
-  } catch (const json::exception& exception) {
-    return damaged(exception.what());
+    std::copy(file.sha256().begin(), file.sha256().end(), digest.begin());
   }
+  for (const Message::TransformChange& row : message.transforms()) {
+    if (row.from_size() != kNumbers || row.to_size() != kNumbers) {
+      return damaged(fmt::format("matrices of object {} have {} and {} numbers; allowed: {}", row.object(),
+                                 row.from_size(), row.to_size(), kNumbers));
+    }
+    read_change(row, recipe.changes.transforms[row.object()]);
+  }
+  for (const auto& row : message.materials()) read_change(row, recipe.changes.materials[row.material()]);
+  for (const auto& row : message.lights()) read_change(row, recipe.changes.lights[row.light()]);
+  if (message.has_environment_radiance())
+    read_change(message.environment_radiance(), recipe.changes.environment.emplace());
+  return recipe;
 }
 
 }  // namespace helio

@@ -29,7 +29,7 @@ struct SceneRecipe {
 
 SceneRecipe make_recipe(const LoadedScene& scene);
 
-// CBOR with a CRC-32 behind it: numbers keep their bits, and names may be any bytes.
+// A sealed message of scene_recipe.proto: numbers keep their bits, and names may be any bytes.
 std::vector<std::uint8_t> encode_recipe(const SceneRecipe& recipe);
 // internal: the bytes are damaged or of a version that this program does not know.
 Result<SceneRecipe> decode_recipe(std::span<const std::uint8_t> bytes);

@@ -232,7 +232,12 @@ Status SceneStore::hold(const LoadedScene& scene, const std::string& job_id) {
     }
     need(blobs, 1);
   }
+  // The rows are made before the file, so that one without a row never lies there.
+  std::map<std::string, std::vector<std::string>> recipe_row;
+  std::map<std::string, std::set<std::string>> holder_row;
   Status held = guarded([&] {
+    recipe_row[scene.id] = blobs;
+    holder_row[scene.id].insert(job_id);
     const Status flushed = flush(blobs);
     return flushed.ok() ? write_file_atomically(recipe_file(scene.id), encode_recipe(recipe)) : flushed;
   });
@@ -241,8 +246,10 @@ Status SceneStore::hold(const LoadedScene& scene, const std::string& job_id) {
     need(blobs, -1);
     return disk_error(held.error());
   }
-  recipes_[scene.id] = blobs;
-  add_holder(scene.id, job_id);
+  recipes_.merge(recipe_row);
+  holders_.merge(holder_row);
+  // Jobs that hold it without a recipe have come from the daemon before.
+  if (!holder_row.empty()) holders_.find(scene.id)->second.merge(holder_row.begin()->second);
   return ok_status();
 }
 
@@ -265,12 +272,15 @@ void SceneStore::release(const std::string& job_id) {
   const std::scoped_lock lock(writing_, mutex_);
   for (auto entry = holders_.begin(); entry != holders_.end();) {
     auto& [scene_id, jobs] = *entry;
-    if (jobs.erase(job_id) == 0 || !jobs.empty()) {
+    if (!jobs.contains(job_id) || jobs.size() > 1) {
+      jobs.erase(job_id);
       ++entry;
       continue;
     }
+    // Before anything is taken away: a call that lacked memory is made again.
+    const fs::path file = recipe_file(scene_id);
     std::error_code ignored;
-    fs::remove(recipe_file(scene_id), ignored);
+    fs::remove(file, ignored);
     if (const auto recipe = recipes_.find(scene_id); recipe != recipes_.end()) {
       need(recipe->second, -1);
       recipes_.erase(recipe);

@@ -8,6 +8,8 @@
 #include <condition_variable>
 #include <mutex>
 #include <optional>
+#include <stdexcept>
+#include <string>
 
 #include "server/base/arena_message.h"
 #include "server/base/guarded.h"
@@ -233,6 +235,19 @@ TEST_F(FailedAllocations, EndARequestAndNothingElse) {
   EXPECT_GT(lives, 500);
   EXPECT_GT(failed_requests, lives / 2);
   EXPECT_FALSE(live(0));
+}
+
+// What catches the lack of memory has none itself.
+TEST(Guarded, NeedsNoMemory) {
+  const std::runtime_error long_one(std::string(100, 'x'));
+  const auto message_of = [](auto exception) {
+    const FailingAllocations all(1, 1);
+    return guarded([&]() -> Status { throw exception; }).error();
+  };
+  for (const Error& error : {message_of(std::bad_alloc()), message_of(long_one)})
+    EXPECT_EQ(error.message, "out of memory");
+  EXPECT_EQ(guarded([]() -> Status { throw std::bad_alloc(); }).error().message,
+            "the machine's memory is used up, although max_memory is not");
 }
 
 // Requests are read and answers written while one allocation after the other fails.

@@ -5,6 +5,9 @@
 #include <cstring>
 #include <limits>
 
+#include "server/state/scene_recipe.pb.h"
+#include "server/state/sealed_message.h"
+
 namespace helio::test {
 namespace {
 
@@ -80,6 +83,42 @@ TEST(SceneRecipe, NoticesEveryCutAndEveryBit) {
     flipped[bit / 8] ^= std::uint8_t(1 << bit % 8);
     EXPECT_FALSE(decode_recipe(flipped)) << bit;
   }
+}
+
+// The message of bytes that encode_recipe() made, and what decode_recipe() says of another.
+heliograph::kept::SceneRecipe message_of(const std::vector<std::uint8_t>& bytes) {
+  heliograph::kept::SceneRecipe message;
+  EXPECT_TRUE(unseal(bytes, 2, message).ok());
+  return message;
+}
+std::string told_of(const heliograph::kept::SceneRecipe& message) {
+  const auto decoded = decode_recipe(seal(message, 2));
+  return decoded ? "" : decoded.error().to_string();
+}
+
+TEST(SceneRecipe, RefusesNumbersAndHashesThatAreNotWhole) {
+  const auto whole = message_of(encode_recipe(full_recipe()));
+  EXPECT_EQ(told_of(whole), "");
+  auto changed = whole;
+  changed.mutable_transforms(0)->mutable_to()->RemoveLast();
+  EXPECT_EQ(told_of(changed), "is damaged: matrices of object 70000 have 16 and 15 numbers; allowed: 16");
+  changed = whole;
+  changed.mutable_transforms(0)->add_from(1);
+  EXPECT_EQ(told_of(changed), "is damaged: matrices of object 70000 have 17 and 16 numbers; allowed: 16");
+  changed = whole;
+  changed.mutable_files(1)->mutable_sha256()->pop_back();
+  EXPECT_EQ(told_of(changed), "is damaged: a SHA-256 has 31 bytes; allowed: 32");
+}
+
+// As daemons before wrote it, in CBOR: {"animation": ...} with 13 entries.
+TEST(SceneRecipe, TellsAnotherVersion) {
+  const std::vector<std::uint8_t> cbor = {0xad, 0x69, 'a', 'n', 'i', 'm', 'a', 't', 'i', 'o', 'n', 0x60};
+  const auto old = decode_recipe(cbor);
+  ASSERT_FALSE(old);
+  EXPECT_EQ(old.error().to_string(), "has version 1; this program reads version 2");
+  const auto newer = decode_recipe(seal(message_of(encode_recipe(full_recipe())), 3));
+  ASSERT_FALSE(newer);
+  EXPECT_EQ(newer.error().to_string(), "has version 3; this program reads version 2");
 }
 
 TEST(SceneRecipe, BlobsAreThoseOfUploads) {

@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "renderer/frame/checkpoint/picture_head.h"
+#include "server/jobs/session_record.pb.h"
+#include "server/state/sealed_message.h"
 
 namespace helio {
 namespace {
@@ -34,6 +36,7 @@ SessionRecord some_record() {
   view.camera = *pose;
   view.camera.lens_radius = 0.1;
   view.camera.aspect = 4.0 / 3;
+  view.camera.position.z = -0.0;
   record.view = view;
   return record;
 }
@@ -55,6 +58,7 @@ TEST(SessionRecord, ComesBackAsItWas) {
   EXPECT_EQ(read->view->id, record.view->id);
   EXPECT_EQ(read->view->exposure, record.view->exposure);
   EXPECT_EQ(read->view->camera, record.view->camera);
+  EXPECT_TRUE(std::signbit(read->view->camera.position.z));
   SessionRecord bare = record;
   bare.view.reset();
   bare.without = "the disk is full";
@@ -72,24 +76,33 @@ TEST(SessionRecord, RefusesWhatIsNone) {
   };
   const SessionRecord record = some_record();
   const std::string whole = record.write();
-  refused("", "parse error");
-  for (std::size_t size = 1; size < whole.size(); size += 7) refused(whole.substr(0, size), "");
-  auto json = nlohmann::json::from_cbor(whole);
-  const auto with = [&](const std::string& key, nlohmann::json value) {
-    auto changed = json;
-    changed[key] = std::move(value);
-    const auto bytes = nlohmann::json::to_cbor(changed);
+  refused("", "its record is damaged: it has 0 bytes");
+  for (std::size_t size = 1; size < whole.size(); ++size) refused(whole.substr(0, size), "its record is damaged");
+  for (std::size_t bit = 0; bit < 8 * whole.size(); ++bit) {
+    std::string flipped = whole;
+    flipped[bit / 8] = char(flipped[bit / 8] ^ (1 << bit % 8));
+    refused(flipped, "its record ");
+  }
+  refused("\xa9""fbudget", "its record has version 1; this program reads version 2");  // CBOR of daemons before
+  heliograph::kept::SessionRecord message;
+  ASSERT_TRUE(unseal(whole, 2, message).ok());
+  const auto sealed = [&](std::uint32_t version) {
+    const auto bytes = seal(message, version);
     return std::string(bytes.begin(), bytes.end());
   };
-  refused(with("version", 2), "has version 2; this program reads version 1");
-  refused(with("grace_s", 0), "grace_s: 0");
-  refused(with("settings", nlohmann::json::binary({255, 255})), "a message cannot be read");
-  auto view = json["view"];
-  view["position"][1] = std::numeric_limits<double>::quiet_NaN();
-  refused(with("view", view), "view.");
-  view = json["view"];
-  view["id"] = 0;
-  refused(with("view", view), "view.id: 0");
+  EXPECT_TRUE(SessionRecord::read(sealed(2), kLimits).ok());
+  refused(sealed(3), "its record has version 3; this program reads version 2");
+  message.mutable_settings()->set_mode(heliograph::v1::Mode(99));
+  refused(sealed(2), "settings.mode");
+  SessionRecord changed = record;
+  changed.grace_s = 0;
+  refused(changed.write(), "grace_s: 0");
+  changed = record;
+  changed.view->camera.position.y = std::numeric_limits<double>::quiet_NaN();
+  refused(changed.write(), "view.");
+  changed = record;
+  changed.view->id = 0;
+  refused(changed.write(), "view.id: 0");
   SessionRecord large = record;
   large.settings.width = 1025;
   refused(large.write(), "settings.width: 1025");
