@@ -687,12 +687,13 @@ Result<std::vector<std::uint64_t>> JobTable::counts() const {
 
 Result<std::vector<std::string>> JobTable::forget_ended(const Kept& kept) {
   using Ids = std::vector<std::string>;
+  const std::string prefix = kept.folder + "/";  // bound as it is, until the last row
   // The newest that fit, in all of them; the first that does not fit, and all older ones, go.
   const auto oldest = state_->read([&](SqliteDatabase& database) -> Result<double> {
     auto rows = database.query(
         "SELECT ended_s, (SELECT coalesce(sum(bytes), 0) FROM results WHERE job = number AND "
         "substr(file, 1, length(?1)) = ?1) FROM jobs WHERE ended_s > 0 ORDER BY ended_s DESC",
-        {kept.folder + "/"});
+        {prefix});
     if (!rows) return rows.error();
     double since_s = kept.since_s;
     std::uint64_t jobs = 0, bytes = 0;

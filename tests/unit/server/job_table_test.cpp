@@ -371,11 +371,11 @@ TEST_F(JobTableTest, ForgetsTheOldestThatDoNotFit) {
   for (int i = 0; i < 5; ++i) {
     const std::string id = "job" + std::to_string(i);
     bring(id, running);
-    ASSERT_TRUE(table_->add_result(id, {0, "end", (i == 3 ? "/out/" : "/kept/") + id, 100, "aa"}).ok());
+    ASSERT_TRUE(table_->add_result(id, {0, "end", (i == 3 ? "/out/" : "/a/state/folder/results/") + id, 100, "aa"}).ok());
     change(id, succeeded);
   }
   const auto forget = [&](std::uint64_t jobs, std::uint64_t bytes) {
-    auto ids = table_->forget_ended({0, jobs, bytes, "/kept"});
+    auto ids = table_->forget_ended({0, jobs, bytes, "/a/state/folder/results"});
     EXPECT_TRUE(ids) << ids.error().to_string();
     return ids ? *ids : std::vector<std::string>();
   };
