@@ -34,12 +34,10 @@ bool write_all(int descriptor, std::span<const std::uint8_t> bytes) {
   return true;
 }
 
-// Else the name may be lost with the power. Not every file system can, and the file is in its place already.
-void flush_directory_of(const std::string& path) {
+FileDescriptor open_directory_of(const std::string& path) {
   const std::size_t slash = path.rfind('/');
   const std::string directory = slash == std::string::npos ? "." : path.substr(0, slash + 1);
-  const FileDescriptor opened(::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (opened) ::fsync(opened.get());
+  return FileDescriptor(::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
 }
 
 // Renames, unless there is a file of the new name: then EEXIST. 0: done.
@@ -109,6 +107,9 @@ Status AtomicFile::write(std::span<const std::uint8_t> bytes) {
 
 Status AtomicFile::commit(Flush flush, bool replace) {
   if (flush == Flush::now && ::fsync(file_.get()) != 0) return failure(path_, "cannot be flushed");
+  // Opened before the renaming, behind which nothing may fail: the file is in its place then.
+  FileDescriptor directory;
+  if (flush == Flush::now && !folder_) directory = open_directory_of(path_);
   const int renamed = replace ? ::renameat(folder(), temporary_.c_str(), folder(), name_.c_str())
                               : rename_to_free_name(folder(), temporary_, name_);
   if (renamed != 0 && errno == EEXIST && !replace)
@@ -116,11 +117,8 @@ Status AtomicFile::commit(Flush flush, bool replace) {
   if (renamed != 0) return failure(path_, "cannot be put in place");
   temporary_.clear();
   if (flush == Flush::later) return ok_status();
-  if (folder_) {
-    ::fsync(folder_.get());
-  } else {
-    flush_directory_of(path_);
-  }
+  // Else the name may be lost with the power. Not every file system can.
+  if (const FileDescriptor& holds_it = folder_ ? folder_ : directory) ::fsync(holds_it.get());
   return ok_status();
 }
 
@@ -143,7 +141,8 @@ Status flush_files(std::span<const std::string> paths) {
     const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
     if (!file || ::fsync(file.get()) != 0) return failure(path, "cannot be flushed");
   }
-  if (!paths.empty()) flush_directory_of(paths.back());
+  if (paths.empty()) return ok_status();
+  if (const FileDescriptor directory = open_directory_of(paths.back())) ::fsync(directory.get());
   return ok_status();
 }
 
