@@ -1,4 +1,5 @@
 // TLS of gRPC: who gets a connection, which files are taken, and what happens when they are replaced.
+#include <netdb.h>
 #include <signal.h>
 
 #include <filesystem>
@@ -141,7 +142,11 @@ TEST_F(Tls, AddressesThatOthersReachWantIt) {
     config.token_file = in("tokens");
   });
   EXPECT_NE(page.find("http: '[::]:0'"), std::string::npos) << page;
-  EXPECT_EQ(started([](ServerConfig& config) { config.listen = "localhost:0"; }), "");
+  addrinfo* found = nullptr;
+  if (getaddrinfo("localhost", nullptr, nullptr, &found) == 0) {  // a minimal system has no name for it
+    freeaddrinfo(found);
+    EXPECT_EQ(started([](ServerConfig& config) { config.listen = "localhost:0"; }), "");
+  }
   EXPECT_EQ(started([](ServerConfig& config) {
               config.listen = "0.0.0.0:0";
               config.insecure = true;
