@@ -170,8 +170,8 @@ const std::map<std::string, Rule> kRules = {
     {"server/app",
       {{"renderer/base", "renderer/codec", "renderer/trace/accel", "server/base", "server/metrics", "server/sessions",
         "server/compare", "server/jobs", "server/rpc", "server/web"},
-       {"grpcpp/", "grpc/grpc.h", "grpc/grpc_security.h", "grpc/support/log.h", "spdlog/", "malloc.h", "pthread.h",
-        "signal.h", "unistd.h"}}},
+       {"grpcpp/", "grpc/grpc.h", "grpc/grpc_security.h", "grpc/support/log.h", "spdlog/", "fcntl.h", "malloc.h",
+        "pthread.h", "signal.h", "unistd.h"}}},
 
     // Credentials of a connection, and why one did not come about.
     {"client/tls",
