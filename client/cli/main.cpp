@@ -92,7 +92,7 @@ int run(int argc, char** argv) {
 }  // namespace helio::cli
 
 int main(int argc, char** argv) {
-  // What gRPC says on stderr of a failed handshake the commands say better; its own variable asks for it.
+  // The commands explain a failed handshake better than gRPC does on stderr; its own variable asks for its lines.
   if (!std::getenv("GRPC_VERBOSITY")) gpr_set_log_function([](gpr_log_func_args*) {});
   return helio::cli::run(argc, argv);
 }

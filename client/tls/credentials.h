@@ -10,7 +10,7 @@
 
 namespace helio {
 
-// What is wrong with the options, by field ("ca_file", ...): a file that cannot be read, is not PEM, wants a
+// Finds what is wrong with the options, by field ("ca_file", ...): a file that cannot be read, is not PEM, wants a
 // passphrase, a key that is another certificate's, one of the two without the other. Empty: nothing, or TLS is off.
 Problems find_tls_problems(const TlsOptions& options);
 

@@ -112,7 +112,7 @@ bool connect_to(const Peer& peer, Socket& wire) {
   return false;
 }
 
-// What a handshake shows, a failed one too.
+// A handshake shows this, also one that failed.
 struct Shown {
   bool asked = false;           // for a certificate of the caller
   Owned<X509> its_certificate;  // the daemon's

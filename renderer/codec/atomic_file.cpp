@@ -75,7 +75,7 @@ Result<AtomicFile> AtomicFile::create_in(FileDescriptor folder, const std::strin
   file.folder_ = std::move(folder);
   file.path_ = path;
   file.name_ = name;
-  // A name in an open folder is replaced as it is; one that was given may be a device or a pipe, which renaming would end.
+  // Renaming would end a device or a pipe.
   struct stat there {};
   if (::fstatat(file.folder(), name.c_str(), &there, AT_SYMLINK_NOFOLLOW) == 0 && !S_ISREG(there.st_mode) &&
       !S_ISLNK(there.st_mode)) {

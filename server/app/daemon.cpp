@@ -49,8 +49,8 @@ void keep_freed_tiles() {
   mallopt(M_TRIM_THRESHOLD, kKept);
 }
 
-// The terminal that the daemon was started from. Its end sends SIGHUP, which a service manager sends as well to have files
-// read again.
+// The terminal that the daemon was started from. Its end sends SIGHUP, as does a service manager that wants files read
+// again.
 class StartTerminal {
  public:
   // Before SIGHUP is blocked. Programs that were started to outlive the terminal (nohup) ignore its end.

@@ -154,7 +154,10 @@ std::optional<std::vector<TokenLine>> read_token_lines(const std::string& file) 
 
 Result<AccessTokens> AccessTokens::read(const std::string& file) {
   const auto lines = read_token_lines(file);
-  if (!lines) return Error{ErrorCode::invalid_argument, "'" + file + "' cannot be read; allowed: a file of at most 16 MiB", "token-file"};
+  if (!lines) {
+    return Error{ErrorCode::invalid_argument, "'" + file + "' cannot be read; allowed: a file of at most 16 MiB",
+                 "token-file"};
+  }
   AccessTokens tokens;
   const auto wrong = [&](const TokenLine& line, const std::string& problem) {
     return Error{ErrorCode::invalid_argument, fmt::format("line {} of '{}' {}", line.number, file, problem),

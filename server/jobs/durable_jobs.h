@@ -64,8 +64,9 @@ class DurableJobs {
     pb::JobView view;
     JobTiles tiles;
   };
-  // They count as the caller's memory until they are let go. Errors besides: invalid_argument (format, window); failed_precondition: there is nothing to be shown, or never will
-  // be before the view is done; unavailable, with a time to try again: its first checkpoint is on its way.
+  // They count as the caller's memory until they are let go. Errors besides: invalid_argument (format, window);
+  // failed_precondition: there is nothing to be shown, or never will be before the view is done; unavailable, with a time
+  // to try again: its first checkpoint is on its way.
   Result<ResultTiles> tiles(const pb::GetResultRequest& request, const Caller& caller);
 
   // For watches. `told` is called after every change of any job, until the listener is let go; on the thread that made

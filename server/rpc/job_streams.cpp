@@ -336,8 +336,10 @@ PulledStream::Make watch_job(ServiceCore& core, DurableJobs& jobs, pb::WatchJobR
 }
 
 PulledStream::Make get_result(ServiceCore& core, DurableJobs& jobs, pb::GetResultRequest request, CallerPtr caller) {
-  return [&core, &jobs, request = std::move(request), caller = std::move(caller)](const auto&) -> Result<std::unique_ptr<MessageSource>> {
-    if (request.has_tiles()) return std::unique_ptr<MessageSource>(std::make_unique<ResultTiles>(jobs, request, caller));
+  return [&core, &jobs, request = std::move(request),
+          caller = std::move(caller)](const auto&) -> Result<std::unique_ptr<MessageSource>> {
+    if (request.has_tiles())
+      return std::unique_ptr<MessageSource>(std::make_unique<ResultTiles>(jobs, request, caller));
     return std::unique_ptr<MessageSource>(std::make_unique<ResultFile>(core, jobs, request));
   };
 }

@@ -88,7 +88,7 @@ CREATE TRIGGER job_removed AFTER DELETE ON jobs BEGIN
   UPDATE job_counts SET jobs = jobs - 1 WHERE state = OLD.state;
 END;
 )",
-    // Camera paths of ten thousand views are megabytes, which lists and a start read with every row, and ended jobs kept.
+    // Camera paths of ten thousand views are megabytes, which lists and a start read with every row.
     R"(
 CREATE TABLE requests (
   job INTEGER PRIMARY KEY REFERENCES jobs (number) ON DELETE CASCADE,
@@ -109,7 +109,8 @@ constexpr DatabaseSchema kSchema{0x68656c6a, kSteps};  // "helj"
 
 constexpr std::string_view kSelectJob =
     "SELECT number, id, owner, client_token, name, scene_id, priority, state, target, target_by, reason, attempt, "
-    "updated_seq, submitted_s, started_s, ended_s, views, views_done, same_bits, build, request_sha256, summary FROM jobs ";
+    "updated_seq, submitted_s, started_s, ended_s, views, views_done, same_bits, build, request_sha256, summary "
+    "FROM jobs ";
 
 constexpr std::string_view kByToken = "WHERE owner = ? AND client_token = ? AND client_token <> ''";
 
@@ -340,8 +341,8 @@ Result<JobTable::Submitted> JobTable::submit(const JobRecord& job, int max_queue
       if (!bytes) return bytes.error();
       if (std::uint64_t(*bytes) + job.request.size() > kMostRequestBytes) {
         return Error{ErrorCode::resource_exhausted,
-                     fmt::format("the requests of jobs that are not at their end have {} bytes, this one {}; allowed: {} "
-                                 "together; camera paths of fewer views have fewer",
+                     fmt::format("the requests of jobs that are not at their end have {} bytes, this one {}; allowed: "
+                                 "{} together; camera paths of fewer views have fewer",
                                  *bytes, job.request.size(), kMostRequestBytes),
                      {}};
       }
@@ -396,8 +397,8 @@ Result<JobRecord> JobTable::change(const std::string& id, const JobChange& chang
       if (!events) return events.error();
       if (*events >= kMostEvents) {
         return Error{ErrorCode::failed_precondition,
-                     fmt::format("job '{}' has changed {} times; allowed: {}, then it can only be cancelled", id, *events,
-                                 kMostEvents),
+                     fmt::format("job '{}' has changed {} times; allowed: {}, then it can only be cancelled", id,
+                                 *events, kMostEvents),
                      "job_id"};
       }
     }
@@ -709,7 +710,8 @@ Result<std::vector<std::string>> JobTable::forget_ended(const Kept& kept) {
   });
   if (!oldest) return oldest.error();
   return state_->write<Ids>([&](CommitGroup::Transaction& transaction) -> Result<Ids> {
-    auto rows = transaction.database.query("DELETE FROM jobs WHERE ended_s > 0 AND ended_s < ? RETURNING id", {*oldest});
+    auto rows =
+        transaction.database.query("DELETE FROM jobs WHERE ended_s > 0 AND ended_s < ? RETURNING id", {*oldest});
     if (!rows) return rows.error();
     Ids ids;
     while (true) {

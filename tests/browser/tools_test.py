@@ -5,9 +5,6 @@ import time
 import browser
 from viewer_case import FIXED, ViewerCase
 
-# Of an element, where a finger aims at.
-MIDDLE = "const r = arguments[0].getBoundingClientRect(); return [r.left + r.width / 2, r.top + r.height / 2];"
-
 
 class ToolsTest(ViewerCase):
     def test_keys_inspect_pixels_and_leave_the_region(self):
@@ -109,8 +106,8 @@ class ToolsTest(ViewerCase):
                 with contextlib.suppress(AssertionError):
                     return self.page.wait(outcome, 5)
                 self.page.screenshot(f"tap-{control}-{attempt}")
-            hit = self.page.run(f"const [x, y] = (function () {{ {MIDDLE} }})(arguments[0]);"
-                                "return [x, y, document.elementFromPoint(x, y)?.outerHTML.slice(0, 120),"
+            hit = self.page.run("const r = arguments[0].getBoundingClientRect(), x = r.left + r.width / 2,"
+                                "y = r.top + r.height / 2; return [x, y, document.elementFromPoint(x, y)?.outerHTML.slice(0, 120),"
                                 "document.getElementById('messages').textContent]", element)
             self.fail(f"{control} is out of a finger's reach: {outcome}; x, y, what is there, and the messages: {hit}")
 

@@ -58,7 +58,8 @@ TEST_F(DrainTest, SighupDoesNotEndIt) {
 TEST_F(DrainTest, TheEndOfItsTerminalDrainsIt) {
   if (!has_pseudo_terminals()) GTEST_SKIP() << "no pseudo-terminals here";
   TemporaryFolder folder;
-  Process daemon(HELIO_DAEMON, {"--listen", "127.0.0.1:0", "--state", "none"}, folder.path(), Process::Stderr::all_terminal);
+  Process daemon(HELIO_DAEMON, {"--listen", "127.0.0.1:0", "--state", "none"}, folder.path(),
+                 Process::Stderr::all_terminal);
   ASSERT_TRUE(daemon.wait_for_errors("listening")) << daemon.errors();
   daemon.send_signal(SIGHUP);
   EXPECT_TRUE(daemon.wait_for_errors("no files of tokens or TLS to read again")) << daemon.errors();

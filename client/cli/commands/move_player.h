@@ -24,7 +24,7 @@ struct PlayedView {
   double first_tile_seconds = 0;                // from sending the view to its first tile here; 0: none came
 };
 
-// What the terminal tells of a daemon that restarts.
+// Options under which the terminal tells that a daemon restarts.
 ReattachOptions reattach_options(double patience_s, Terminal& terminal);
 
 class MovePlayer {

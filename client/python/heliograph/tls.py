@@ -19,7 +19,7 @@ from .errors import HeliographError, Problem, Unavailable, invalid, invalid_all
 File = str | os.PathLike[str]
 
 _PATIENCE_S = 3.0  # for the connection that a diagnosis makes, and for each answer
-# Where systems keep the authorities that they trust, beside those that Python knows of.
+# Systems keep the authorities that they trust in one of these files; Python does not know all of them.
 _SYSTEM_ROOTS = ("/etc/ssl/certs/ca-certificates.crt", "/etc/pki/tls/certs/ca-bundle.crt", "/etc/ssl/cert.pem")
 _ADDRESS = re.compile(r"(?:\[([^\[\]]+)\]|([^:\[\]/\s]+)):(\d{1,5})", re.ASCII)
 
