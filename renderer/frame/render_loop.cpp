@@ -414,7 +414,7 @@ std::uint64_t RenderLoop::Impl::update(const Update& update) {
   } else {
     abandon_frame(FrameEndReason::superseded);
   }
-  if (view) next = Next::render;
+  next = view && update.begin ? Next::render : Next::nothing;
   const std::uint64_t mine = revision;
   lock.unlock();
   engine.wake(id);

@@ -126,6 +126,7 @@ class RenderLoop {
     std::shared_ptr<const PictureCheckpoint> resume;
     // Counts what these settings take besides the film; released once that has been freed. Null: the one before stays.
     std::shared_ptr<const void> scratch_count;
+    bool begin = true;  // false: no frame begins before the next update
   };
   // True when pictures of these settings need no other film than the newest one.
   bool film_suits(const RenderSettings& settings) const;

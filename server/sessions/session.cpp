@@ -281,11 +281,12 @@ Status Session::take_up(const View& view, std::shared_ptr<const PictureCheckpoin
   update.view = view;
   if (suits.ok()) update.resume = std::move(picture);
   restored_ = update.resume != nullptr;
+  update.begin = false;
   if (rendering_->loop().update(update) == 0) restored_ = false;
   view_ = view;
   last_view_id_ = view.id;
   told_ = std::move(told);
-  pause();
+  paused_ = true;
   return suits;
 }
 

@@ -383,6 +383,19 @@ TEST_F(RenderLoopTest, ANewViewSupersedesAndNoOlderTileFollows) {
   expect_final_cover(end->tag.frame, {0, 0, 256, 256});
 }
 
+TEST_F(RenderLoopTest, AnUpdateMayWaitForTheNext) {
+  const auto loop = make(film_of(64, 64), samples(4));
+  RenderLoop::Update waits = view_update(1, 1);
+  waits.begin = false;
+  EXPECT_EQ(loop->update(waits), 1u);
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  EXPECT_EQ(loop->update(budget_update(samples(8))), 2u);
+  const auto end = sink->wait_for_end(2);
+  ASSERT_TRUE(end.has_value());
+  EXPECT_EQ(end->progress.samples_per_pixel, 8u);
+  EXPECT_EQ(sink->begins.size(), 1u) << "the first view began by itself";
+}
+
 TEST_F(RenderLoopTest, OtherSettingsClearTheFilm) {
   const auto loop = make(film_of(64, 64), samples(8));
   ASSERT_TRUE(sink->wait_for_end(loop->update(view_update(1, 0))));
