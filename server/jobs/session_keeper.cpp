@@ -124,22 +124,23 @@ Status SessionKeeper::make_again(const Found& found) {
       if (decoded) picture = counted(std::move(*memory), std::move(*decoded));
     }
   }
-  const SessionOwner owner{record.owner, core_.access.quotas_of(record.owner).sessions};
-  auto session = core_.sessions.make_again(found.id, core_.resources(core_.memory_of(record.owner)), std::move(*scene),
-                                           record.settings, record.budget, record.grace_s, core_.render_limits(),
-                                           owner);
-  if (!session) return session.error();
   const std::uint64_t samples = picture ? picture->samples() : 0;
-  if (record.view) {
+  const auto take_up = [&](Session& session) {
+    if (!record.view) return;
     std::string told;
     if (!lost.empty()) told = "the daemon was restarted; the samples of this picture begin anew: " + lost;
     if (picture && record.build != rendering_build(to_string(record.settings.device))) {
       told = "the daemon was restarted with another build or instruction path: the picture goes on, and its last bits "
              "may differ from those of one build";
     }
-    const Status suits = (*session)->take_up(*record.view, std::move(picture), std::move(told));
+    const Status suits = session.take_up(*record.view, std::move(picture), std::move(told));
     if (!suits.ok()) lost = suits.error().to_string();
-  }
+  };
+  const SessionOwner owner{record.owner, core_.access.quotas_of(record.owner).sessions};
+  auto session = core_.sessions.make_again(found.id, core_.resources(core_.memory_of(record.owner)), std::move(*scene),
+                                           record.settings, record.budget, record.grace_s, core_.render_limits(),
+                                           owner, take_up);
+  if (!session) return session.error();
   spdlog::info("session taken up id={} scene={} samples={}{}", found.id, record.scene_id.substr(0, 12), samples,
                lost.empty() ? "" : " lost: " + lost);
   return ok_status();

@@ -97,7 +97,8 @@ Result<std::shared_ptr<Session>> SessionRegistry::make_again(const std::string& 
                                                              const RenderContext::Resources& resources,
                                                              SceneLease scene, const RenderSettings& settings,
                                                              const Budget& budget, double grace_s,
-                                                             const RenderLimits& limits, const SessionOwner& owner) {
+                                                             const RenderLimits& limits, const SessionOwner& owner,
+                                                             const std::function<void(Session&)>& take_up) {
   Place place(*this, owner);
   const Place::Outcome outcome = place.take();
   if (outcome == Place::Outcome::owner_full) {
@@ -110,19 +111,21 @@ Result<std::shared_ptr<Session>> SessionRegistry::make_again(const std::string& 
     return Error{ErrorCode::resource_exhausted,
                  fmt::format("max_sessions: there are {} sessions, as many as are allowed", max_sessions_), {}};
   }
-  return make(id, place, resources, std::move(scene), settings, budget, grace_s, limits, owner.name);
+  return make(id, place, resources, std::move(scene), settings, budget, grace_s, limits, owner.name, take_up);
 }
 
 Result<std::shared_ptr<Session>> SessionRegistry::make(std::string id, Place& place,
                                                        const RenderContext::Resources& resources, SceneLease scene,
                                                        const RenderSettings& settings, const Budget& budget,
                                                        double grace_s, const RenderLimits& limits,
-                                                       const std::string& owner) {
+                                                       const std::string& owner,
+                                                       const std::function<void(Session&)>& take_up) {
   auto rendering = RenderContext::create(resources, std::move(scene), settings, budget, RenderRank::interactive,
                                          FramePublisher::Tiles::all, TileFormat().channels);
   if (!rendering) return rendering.error();
   auto session = std::make_shared<Session>(std::move(id), std::move(*rendering), settings, budget,
                                            TileFormat().channels, grace_s, limits, owner);
+  if (take_up) take_up(*session);
   const std::lock_guard lock(mutex_);
   if (sessions_.contains(session->id()))
     return Error{ErrorCode::failed_precondition, "there is a session '" + session->id() + "' already", {}};

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -33,11 +34,12 @@ class SessionRegistry {
   Result<std::shared_ptr<Session>> create(const RenderContext::Resources& resources, SceneLease scene,
                                           const RenderSettings& settings, const Budget& budget, double grace_s,
                                           const RenderLimits& limits, const SessionOwner& owner = {});
-  // The same of a session of an earlier daemon, under its id and with no other ended for it. failed_precondition: the
-  // id is taken.
+  // The same of a session of an earlier daemon, under its id and with no other ended for it. take_up: called before
+  // anybody else finds the session; a drain must not keep it half made. failed_precondition: the id is taken.
   Result<std::shared_ptr<Session>> make_again(const std::string& id, const RenderContext::Resources& resources,
                                               SceneLease scene, const RenderSettings& settings, const Budget& budget,
-                                              double grace_s, const RenderLimits& limits, const SessionOwner& owner);
+                                              double grace_s, const RenderLimits& limits, const SessionOwner& owner,
+                                              const std::function<void(Session&)>& take_up);
   // Between the two, find() and close() answer unavailable for this id, with a time to try again.
   void expect(const std::string& id);
   void expect_no_more(const std::string& id);
@@ -59,7 +61,8 @@ class SessionRegistry {
   std::uint64_t held_by(const std::string& owner) const;  // with mutex_ held; those on their way, too
   Result<std::shared_ptr<Session>> make(std::string id, Place& place, const RenderContext::Resources& resources,
                                         SceneLease scene, const RenderSettings& settings, const Budget& budget,
-                                        double grace_s, const RenderLimits& limits, const std::string& owner);
+                                        double grace_s, const RenderLimits& limits, const std::string& owner,
+                                        const std::function<void(Session&)>& take_up = {});
   Error no_session(const std::string& id, const std::string& where) const;  // with mutex_ held
   bool end_longest_idle(const std::string* owner);
   // Those without a listener, the longest first.
