@@ -114,6 +114,61 @@ INSTANTIATE_TEST_SUITE_P(All, FoveatedFrame,
                                          RenderMode::combined),
                          [](const auto& info) { return std::string(to_string(info.param)); });
 
+// Of a film of 100 pixels, of which a quarter is looked at.
+FrameState looked_at() {
+  FrameState state;
+  state.begun_s = 1;
+  state.done[0] = state.done[1] = 1;
+  state.round.pixels = 100;
+  state.round.samples = 200;
+  state.density_share = 0.25;
+  state.gaze_moves = 1;
+  state.published = true;
+  state.published_samples = 2;
+  return state;
+}
+
+FrameScheduler scheduler(std::uint32_t samples) {
+  Budget budget;
+  budget.samples = samples;
+  AllocationSettings allocation;
+  allocation.by_noise = false;
+  allocation.min_samples = 2;
+  return FrameScheduler(budget, {}, allocation);
+}
+
+TEST(FoveatedScheduler, AMoveOfTheGazeBeginsTheNextRound) {
+  FrameState state = looked_at();
+  state.round.number = 1;
+  state.round.mean = 8;
+  state.round.gaze_moves = 1;
+  state.round.summary.top[0] = state.round.summary.top[1] = 32;  // of which one is done
+  state.round.published = 200;
+  const FramePlan goes_on = scheduler(1024).plan_next(state, 1, 0, 2);
+  ASSERT_TRUE(goes_on.round);
+  EXPECT_TRUE(goes_on.before.empty());
+  ++state.gaze_moves;
+  const FramePlan anew = scheduler(1024).plan_next(state, 1, 0, 2);
+  ASSERT_EQ(anew.before.size(), 1u);
+  EXPECT_EQ(anew.before[0].id, StageId::allocate);
+  EXPECT_EQ(anew.before[0].allocation.mean, 2) << "twice what there is, not what was asked for elsewhere";
+}
+
+TEST(FoveatedScheduler, TheBudgetIsThatOfThePixelsAtTheGaze) {
+  FrameState state = looked_at();
+  state.round.number = 3;
+  state.round.gaze_moves = 1;
+  state.round.mean = 8;  // per half: 16 of 64 times a quarter
+  state.round.samples = 1600;
+  state.round.published = 1600;
+  state.done[0] = state.done[1] = 32;
+  EXPECT_EQ(scheduler(64).plan_next(state, 1, 0, 2).end, FrameEndReason::samples);
+  EXPECT_EQ(scheduler(128).plan_next(state, 1, 0, 2).end, std::nullopt);
+  ++state.gaze_moves;
+  EXPECT_EQ(scheduler(64).plan_next(state, 1, 0, 2).end, std::nullopt) << "the gaze has moved";
+  EXPECT_NEAR(scheduler(64).budget_used(state, 2), 1, 1e-12);
+}
+
 TEST(FoveatedSettings, WhatDoesNotGoTogetherIsRefused) {
   const auto problems_of = [](const RenderSettings& settings) {
     Problems problems;
