@@ -112,7 +112,7 @@ TEST_F(GazeStreamTest, WhatIsNoPointIsRefusedByPlace) {
     StreamClient client(stub(), first);
     client.send(view(1));
     client.send(gaze_at(3, bad));
-    expect_status(client.status(), StatusCode::INVALID_ARGUMENT, {"gaze.gaze.y", "[-1e+06, 1e+06]"});
+    expect_status(client.status(), StatusCode::INVALID_ARGUMENT, {"gaze.gaze.y", "[-1000000, 1000000]"});
     StreamClient other(stub(), second);
     other.send(looking_at(1, bad, 3));
     expect_status(other.status(), StatusCode::INVALID_ARGUMENT, {"view.gaze.x"});
