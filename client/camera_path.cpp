@@ -10,6 +10,7 @@
 
 #include "client/camera_motion.h"
 #include "renderer/base/camera_limits.h"
+#include "renderer/base/gaze_density.h"
 #include "renderer/base/json_scan.h"
 #include "renderer/base/number_range.h"
 
@@ -94,6 +95,20 @@ class ViewReader {
     }
     problem(key, shown(*value) + " is not three finite numbers [x, y, z]");
     return std::nullopt;
+  }
+
+  // The key's gaze; none: null. What it was stays where the key is absent.
+  void gaze(const char* key, std::optional<pb::Gaze>& gaze) {
+    const json* value = find(key);
+    if (!value) return;
+    if (value->is_null()) return gaze.reset();
+    constexpr NumberRange kRange{-kMostGazePixels, kMostGazePixels};
+    const auto inside = [&](const json& v) { return v.is_number() && kRange.contains(v.get<double>()); };
+    if (!value->is_array() || value->size() != 2 || !std::all_of(value->begin(), value->end(), inside))
+      return problem(key, shown(*value) + " is not two numbers [x, y] in " + kRange.to_string() + ", or null");
+    gaze.emplace();
+    gaze->set_x((*value)[0].get<double>());
+    gaze->set_y((*value)[1].get<double>());
   }
 
   std::optional<std::string> text(const char* key) {
@@ -238,6 +253,7 @@ Result<std::vector<PathView>> parse_camera_path(const std::string& text, const s
   }
 
   pb::CameraView camera = start.camera;
+  std::optional<pb::Gaze> gaze = start.gaze;
   std::vector<PathView> views;
   std::size_t index = 0;
   for (const json& view : path["views"]) {
@@ -257,6 +273,7 @@ Result<std::vector<PathView>> parse_camera_path(const std::string& text, const s
     }
     const Step step = read_step(reader, start.pivot);
     read_lens(reader, camera);
+    reader.gaze("gaze", gaze);
     const std::optional<pb::Budget> budget = read_budget(reader);
     const std::int64_t repeat = reader.integer("repeat", 1, 100000).value_or(1);
     reader.report_unknown_keys();
@@ -269,7 +286,7 @@ Result<std::vector<PathView>> parse_camera_path(const std::string& text, const s
         break;
       }
       camera = with_frame(camera, *after);
-      views.push_back({camera, budget});
+      views.push_back({camera, budget, gaze});
     }
     if (views.size() > kMaxViews) {
       problems.add(name, fmt::format("more than {} views", kMaxViews));
@@ -291,7 +308,7 @@ Result<std::vector<PathView>> play_motion(const CameraMotion& motion, const Path
     if (motion.orbit_degrees != 0) frame = orbited(frame, start.pivot, motion.orbit_degrees * share);
     const Result<CameraFrame> there = within_range(moved(frame, motion.move * share));
     if (!there) return there.error();
-    views.push_back({with_frame(start.camera, *there), std::nullopt});
+    views.push_back({with_frame(start.camera, *there), std::nullopt, start.gaze});
   }
   return views;
 }

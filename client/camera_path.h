@@ -15,6 +15,8 @@
 //   lens          "fov_degrees": A         vertical, [0.1, 179]
 //                 "lens_radius": L         [0, 1e12], 0: pinhole
 //                 "focus_distance": L      [1e-12, 1e12]
+//   gaze          "gaze": [x, y]           where somebody looks, pixels from the picture's upper left corner, [-1e6, 1e6];
+//                                          null: nowhere in particular
 //   budget        "samples": N, "time_s": T, "error": E   for this view, instead of the command's budget
 //   again         "repeat": N              plays the view N times, [1, 100000]; a motion goes on each time
 //
@@ -34,6 +36,7 @@ namespace helio {
 struct PathView {
   heliograph::v1::CameraView camera;
   std::optional<heliograph::v1::Budget> budget;  // of this view; none: the command's
+  std::optional<heliograph::v1::Gaze> gaze = {};
 };
 
 // What a path starts from.
@@ -41,6 +44,7 @@ struct PathStart {
   heliograph::v1::CameraView camera;  // complete, with a position
   V3d pivot{0, 0, 0};                 // of orbits that name none
   std::vector<heliograph::v1::SceneCamera> cameras;
+  std::optional<heliograph::v1::Gaze> gaze = {};
 };
 
 // `name` prefixes the places in errors ("path.json/views/3/turn_degrees"). invalid_argument: every problem found.

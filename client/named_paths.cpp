@@ -139,7 +139,7 @@ Result<std::vector<PathView>> play_named_path(const NamedPath& path, const PathS
     } else {
       camera.set_vertical_fov(magnified_fov(camera.vertical_fov(), path.step, amount));
     }
-    views.push_back({std::move(camera), std::nullopt});
+    views.push_back({std::move(camera), std::nullopt, start.gaze});
   }
   return views;
 }

@@ -147,6 +147,18 @@ std::optional<V3d> OptionReader::vector(const TextOption& option) {
   return std::nullopt;
 }
 
+std::optional<std::pair<double, double>> OptionReader::pair(const TextOption& option, const NumberRange& range) {
+  if (!option.given()) return std::nullopt;
+  const auto parts = split(option.text, ',');
+  double x = 0, y = 0;
+  if (parts.size() == 2 && parse_whole(parts[0], x) && parse_whole(parts[1], y) && range.contains(x) &&
+      range.contains(y)) {
+    return std::pair(x, y);
+  }
+  problem(option, quoted(option.text) + " is not two numbers in " + range.to_string() + ", separated by a comma");
+  return std::nullopt;
+}
+
 std::optional<std::string> OptionReader::choice(const TextOption& option, const std::vector<std::string>& names) {
   if (!option.given()) return std::nullopt;
   if (std::find(names.begin(), names.end(), option.text) != names.end()) return option.text;

@@ -65,6 +65,7 @@ class OptionReader {
   std::optional<std::pair<int, int>> size(const TextOption& option);  // WIDTHxHEIGHT
   std::optional<PixelRect> rect(const TextOption& option);            // x0,y0,x1,y1
   std::optional<V3d> vector(const TextOption& option);                // x,y,z
+  std::optional<std::pair<double, double>> pair(const TextOption& option, const NumberRange& range);  // x,y
   std::optional<std::string> choice(const TextOption& option, const std::vector<std::string>& names);
   // Comma-separated, each one of the names.
   std::vector<std::string> choices(const TextOption& option, const std::vector<std::string>& names);

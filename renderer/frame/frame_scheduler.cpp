@@ -13,6 +13,8 @@ namespace {
 constexpr double kIntervalPerAge = 1.0 / 16;
 // Even a plan that is not to be published is kept this short, so that a republish or new budget need not wait.
 constexpr double kLongestPlanSeconds = 1.0;
+// The same where a gaze decides where samples go, and may move.
+constexpr double kLongestGazePlanSeconds = 0.1;
 // The variance of Sobol points falls as 1/n (noise) to 1/n^3 (edges, towards a power of two). The next look at the
 // error is where the fastest decay would have it in reach, and at least this share of the samples of the last look
 // away: a look costs less than a sample, but a step too far overshoots. It follows from the last look alone, not from
@@ -38,6 +40,11 @@ std::uint32_t next_power_of_two(std::uint32_t n) {
 
 std::uint32_t FrameScheduler::sample_limit() const {
   return std::min(budget_.samples.value_or(kMaxSamplesPerPixel), kMaxSamplesPerPixel);
+}
+
+// Of the mean over the pixels, both halves.
+double FrameScheduler::mean_limit(const FrameState& state) const {
+  return std::max(double(sample_limit()) * state.density_share, 1.0);
 }
 
 // Measuring and showing the result belong to the time asked for, unless they would eat more than half of it.
@@ -67,7 +74,8 @@ std::optional<FrameEndReason> FrameScheduler::reached(const FrameState& state, d
   if (error_usable(state.measured) && state.measured_now() && variance_over_target(state.measured.error) <= 1)
     return FrameEndReason::error;
   if (state.total() >= sample_limit()) return FrameEndReason::samples;
-  if (state.round.number > 0 && state.round_done() && kHalves * state.round.mean >= sample_limit())
+  if (state.round.number > 0 && !state.gaze_moved() && state.round_done() &&
+      kHalves * state.round.mean >= mean_limit(state))
     return FrameEndReason::samples;  // the mean is rounded down
   // What earlier pictures know is carried over even then: there is nothing else to show.
   if (!state.reproject_due && now_s >= deadline_s(state)) return FrameEndReason::time;
@@ -94,7 +102,8 @@ bool FrameScheduler::publication_due(const FrameState& state, double view_age_s,
   return since >= std::max(interval_s(view_age_s), display) * (1 + 3 * waiting_pictures);
 }
 
-double FrameScheduler::longest_plan_s(double view_age_s) const {
+double FrameScheduler::longest_plan_s(const FrameState& state, double view_age_s) const {
+  if (state.density_share < 1) return kLongestGazePlanSeconds;
   return policy_.passes ? std::min(interval_s(view_age_s), kLongestPlanSeconds) : kLongestPlanSeconds;
 }
 
@@ -124,7 +133,12 @@ FramePlan FrameScheduler::plan_allocation(const FrameState& state, double now_s)
   // Of a few pixels the counts, powers of two, may stay below what was asked for: what is asked for grows all the same.
   const double has = state.round.number > 0 ? double(state.round.samples) / double(kHalves * state.round.pixels)
                                             : 0.5 * double(state.total());
-  const double mean = std::max(has, state.round.mean);
+  const double limit = mean_limit(state) / kHalves;
+  // What was taken elsewhere before the gaze moved is no part of what is asked for here.
+  const bool follows_gaze = state.density_share < 1;
+  const double mean = !follows_gaze                                    ? std::max(has, state.round.mean)
+                      : state.gaze_moved() || state.round.number == 0 ? std::min(has, limit)
+                                                                       : state.round.mean;
   // The first one on top of history: as many samples as there are pixels, where they are needed.
   double goal = 1.0 / kHalves;
   if (mean > 0) {
@@ -137,7 +151,7 @@ FramePlan FrameScheduler::plan_allocation(const FrameState& state, double now_s)
     }
     goal = std::max(goal, mean * growth);
   }
-  goal = std::min(goal, double(sample_limit()) / kHalves);
+  goal = std::min(goal, limit);
   if (budget_.time_s && state.sample_seconds > 0) {
     const double left = std::max(0.0, deadline_s(state) - now_s);
     goal = std::min(goal, mean + std::max(left / (kHalves * state.sample_seconds), mean * kSmallestErrorStep));
@@ -163,7 +177,7 @@ FramePlan FrameScheduler::plan_round(const FrameState& state, double view_age_s,
     if (state.done[h] < round.top[h]) level = std::min(level, state.done[h]);
   }
   if (state.sample_seconds > 0 && !first_look) {
-    const double left = std::clamp(plan.deadline_s - now_s, 0.0, longest_plan_s(view_age_s));
+    const double left = std::clamp(plan.deadline_s - now_s, 0.0, longest_plan_s(state, view_age_s));
     double samples = left / state.sample_seconds * double(state.round.pixels);  // that can be had
     const std::uint32_t first = level;
     while (level < top) {
@@ -203,7 +217,7 @@ FramePlan FrameScheduler::plan_round(const FrameState& state, double view_age_s,
 
 FramePlan FrameScheduler::plan_integration(const FrameState& state, double view_age_s, double now_s) const {
   if (pilot_done(state)) {
-    const bool next_round = state.round.number == 0 || state.round_done();
+    const bool next_round = state.round.number == 0 || state.round_done() || state.gaze_moved();
     return next_round ? plan_allocation(state, now_s) : plan_round(state, view_age_s, now_s);
   }
   const std::uint32_t limit = allocation_ ? std::min(sample_limit(), allocation_->min_samples) : sample_limit();
@@ -255,7 +269,7 @@ FramePlan FrameScheduler::plan_integration(const FrameState& state, double view_
     goal = state.done[0];
   } else if (state.sample_seconds > 0) {
     const double pair_seconds = state.sample_seconds * kHalves;
-    const double longest = std::min(longest_plan_s(view_age_s), plan.deadline_s - now_s);
+    const double longest = std::min(longest_plan_s(state, view_age_s), plan.deadline_s - now_s);
     const double affordable = std::max(1.0, std::floor(longest / pair_seconds));
     goal = std::uint32_t(std::min<double>(goal, double(pairs) + affordable));
   }
@@ -319,7 +333,7 @@ FramePlan FrameScheduler::plan_next(const FrameState& state, double view_age_s, 
 
 double FrameScheduler::budget_used(const FrameState& state, double now_s) const {
   double used = 0;
-  if (budget_.samples) used = std::max(used, double(state.told()) / *budget_.samples);
+  if (budget_.samples) used = std::max(used, double(state.told()) / mean_limit(state));
   if (budget_.time_s) used = std::max(used, (now_s - state.begun_s) / *budget_.time_s);
   // Variance falls about as 1/n, so the share of the samples that are needed is target variance over variance.
   if (error_usable(state.measured))

@@ -12,6 +12,8 @@
 // has as many samples as there are pixels. Tiles of both are shown one by one. Of a rule that iterates
 // (AllocationSettings::iterates) a round is an iteration, the pilot being the first ones; where anything was carried
 // over they begin at 0.
+//
+// Where a gaze decides the counts, a move of it ends the round in hand: the next has no more samples, elsewhere.
 #pragma once
 
 #include <algorithm>
@@ -47,6 +49,7 @@ struct RoundState {
   std::uint64_t samples = 0;                  // pixel samples of the film, both halves
   std::uint64_t measured = 0, published = 0;  // `samples` at the newest estimate | publication
   std::uint64_t pixels = 0;                   // of the region
+  std::uint64_t gaze_moves = 0;               // FrameState::gaze_moves when its counts were decided
 };
 
 // State of a frame, as the scheduler needs it. Times in seconds of wall time, points in time on the now_s() clock.
@@ -64,6 +67,10 @@ struct FrameState {
   bool carried = false;        // the picture has reprojected samples, which stage `review` is to test
   // So many pixels have history that FillAllocation is used; false: NeymanAllocation, as without history.
   bool fill = false;
+  // Where counts follow a gaze (density_share < 1): its moves so far, and the mean of the density over the pixels, in
+  // which every one has at least what a pilot gives it, (0, 1]. Budgets of samples mean pixels of density 1.
+  std::uint64_t gaze_moves = 0;
+  double density_share = 1;
   ErrorAtCount measured;  // the newest estimate; samples == 0: none
 
   bool published = false;               // something of this frame was shown
@@ -98,6 +105,8 @@ struct FrameState {
   bool measured_now() const {
     return round.number == 0 ? measured.samples == total() : round.measured == round.samples;
   }
+  // The round in hand is of another gaze.
+  bool gaze_moved() const { return round.number > 0 && round.gaze_moves != gaze_moves; }
   bool round_done() const { return done[0] >= round.summary.top[0] && done[1] >= round.summary.top[1]; }
 };
 
@@ -131,8 +140,9 @@ class FrameScheduler {
   FramePlan plan_allocation(const FrameState& state, double now_s) const;
   FramePlan plan_round(const FrameState& state, double view_age_s, double now_s) const;
   std::uint32_t next_iteration(const FrameState& state) const;
-  double longest_plan_s(double view_age_s) const;
+  double longest_plan_s(const FrameState& state, double view_age_s) const;
   std::uint32_t sample_limit() const;
+  double mean_limit(const FrameState& state) const;
   double deadline_s(const FrameState& state) const;
   double interval_s(double view_age_s) const;
   bool error_usable(const ErrorAtCount& measured) const;

@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,7 @@ struct FrameBegin {
   PixelRect region;  // rendered part of the film
   CameraPose camera;  // fitted()
   double exposure = 0;                     // View::exposure
+  std::optional<Gaze> gaze;                // View::gaze when the frame began
   // now_s() when what changed the picture was accepted: a view, settings, a scene. 0: the same picture goes on, or is
   // shown again.
   double changed_s = 0;

@@ -33,6 +33,8 @@ std::pair<std::shared_ptr<const void>, std::shared_ptr<const void>> PreviewFrame
   target.path = path_settings(begin.settings);
   target.filter = begin.settings.filter;
   target.region = begin.region;
+  target.density = gaze_density(begin.settings, begin.gaze);
+  target.upscaling = begin.settings.preview.upscaling;
   target.until_s = frame.begun_s + begin.settings.preview.budget_s - output_s_;
   const bool fits = rest && rest->film.width() == history_->width() && rest->film.height() == history_->height();
   if (fits && history_->shows(rest->scene, rest->camera, rest->region)) {

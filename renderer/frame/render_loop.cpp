@@ -147,6 +147,7 @@ struct RenderLoop::Impl final : PieceSource {
 
   std::uint64_t update(const Update& update);
   void set_rate(std::optional<double> bytes_per_second);
+  void move_gaze(const std::optional<Gaze>& gaze);
   void cancel();
   void republish();
   void prepare_checkpoints();
@@ -163,6 +164,7 @@ struct RenderLoop::Impl final : PieceSource {
     own.seed = picture_seed(settings.seed, history.generation);
     return own;
   }
+  void note_gaze();
   bool room() const { return waiting.size() < tiles_that_may_wait(engine.threads()); }
   bool has_work();
   bool deliver_waiting(std::unique_lock<std::mutex>& lock) noexcept;
@@ -430,6 +432,36 @@ void RenderLoop::Impl::set_rate(std::optional<double> bytes_per_second) {
   engine.wake(id);
 }
 
+void RenderLoop::Impl::move_gaze(const std::optional<Gaze>& gaze) {
+  auto record = std::make_shared<FrameRecord>();  // nothing throws with the lock held
+  {
+    const std::lock_guard lock(mutex);
+    if (!view || view->gaze == gaze) return;
+    view->gaze = gaze;
+    if (settings.foveation.kind != Foveation::density) return;
+    view_accepted_s = now_s();
+    note_gaze();
+    const bool ended = last_reason == FrameEndReason::samples || last_reason == FrameEndReason::error ||
+                       last_reason == FrameEndReason::time;
+    if (!frame && next == Next::nothing && ended && frames > 0 && !broken) {
+      if (!next_record) next_record.swap(record);
+      next = Next::render;
+    }
+  }
+  engine.wake(id);
+}
+
+// The picture's counts are to follow the view's gaze.
+void RenderLoop::Impl::note_gaze() {
+  FrameState& state = picture.state;
+  ++state.gaze_moves;
+  const std::optional<GazeDensity> density = gaze_density(settings, view->gaze);
+  const double pilot = allocation_settings(settings)->min_samples;
+  state.density_share =
+      density ? density->mean_over(settings.rendered_region(), budget.samples ? pilot / *budget.samples : 0) : 1.0;
+  state.density_share = std::min(state.density_share, 1.0);
+}
+
 void RenderLoop::Impl::cancel() {
   std::shared_ptr<const void> retired;  // freed after the lock
   {
@@ -655,6 +687,7 @@ void RenderLoop::Impl::open_frame(std::shared_ptr<FrameRecord> record) noexcept 
   frame->begin.region = settings.rendered_region();
   frame->begin.camera = fitted(view->camera, settings.width, settings.height);
   frame->begin.exposure = view->exposure;
+  frame->begin.gaze = view->gaze;
   frame->begin.scene = scene;
   frame->begin.settings = frame_settings();
   frame->accepted_s = accepted_s;
@@ -723,6 +756,7 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
                                                                           options.keep_light_vertices)));
   }
   FrameState& state = picture.state;
+  if (settings.foveation.kind == Foveation::density) note_gaze();
   // A plan may have been cut short after it had chosen, or before it could.
   state.choice_due =
       settings.integrator == Integrator::pt_bdpt && scene && !film->light_tiles() && picture.samples == 0;
@@ -803,7 +837,8 @@ StageContext RenderLoop::Impl::stage_context() {
           display.get(),
           picture,
           frame->begin.tag.view_id,
-          checkpoints ? &*checkpoints : nullptr};
+          checkpoints ? &*checkpoints : nullptr,
+          gaze_density(settings, view->gaze)};
 }
 
 // Whether the picture can be copied, and is to be.
@@ -1061,6 +1096,9 @@ bool RenderLoop::display_suits(const RenderSettings& settings, unsigned channels
 }
 void RenderLoop::set_rate(std::optional<double> bytes_per_second) {
   impl_->set_rate(bytes_per_second);
+}
+void RenderLoop::move_gaze(const std::optional<Gaze>& gaze) {
+  impl_->move_gaze(gaze);
 }
 void RenderLoop::cancel() {
   impl_->cancel();

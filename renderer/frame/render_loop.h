@@ -148,6 +148,11 @@ class RenderLoop {
   // frame_begun comes after it, and no older tile after that.
   std::uint64_t update(const Update& update);
 
+  // Of the newest view, without a revision: from now on samples go where it asks for, what the film has stays, and a
+  // frame that its budget has ended goes on. Without a view, and where the settings have no use for a gaze, nothing
+  // else happens.
+  void move_gaze(const std::optional<Gaze>& gaze);
+
   // Of the budget, from now on; the frame in flight goes on, and so does the revision.
   void set_rate(std::optional<double> bytes_per_second);
 

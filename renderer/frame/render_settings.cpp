@@ -44,6 +44,7 @@ constexpr Use kConnecting{"integrator lvc or vcm", [](auto& s) {
                             return caches_light_vertices(s.integrator) && s.integrator != Integrator::photon;
                           }};
 constexpr Use kMerging{"integrator vcm or photon", [](auto& s) { return merges(s.integrator); }};
+constexpr Use kFoveated{"foveation density", [](auto& s) { return s.foveation.kind != Foveation::none; }};
 constexpr Use kScaled{"filter tent or gaussian", [](auto& s) { return s.filter.kind != PixelFilterKind::box; }};
 
 // Of a path with several rows one at most counts.
@@ -61,7 +62,10 @@ constexpr SettingField<Settings> kSettingsFields[] = {
     {"roulette_from", {1, kMaxPathLength}, [](auto& s) -> Number { return s.roulette_from; }},
     {"filter_scale", {0, kMaxPixelFilterScale, false}, [](auto& s) -> Number { return s.filter.scale; }, kScaled},
     {"preview_rate", {0, 120}, [](auto& s) -> Number { return s.preview.rate; }},
-    {"preview_budget_ms", {5, 1000}, [](auto& s) -> Number { return 1e3 * s.preview.budget_s; }}};
+    {"preview_budget_ms", {5, 1000}, [](auto& s) -> Number { return 1e3 * s.preview.budget_s; }},
+    {"preview_upscaling", {}, nullptr},
+    {"foveation", {}, nullptr},
+    {"viewing_distance", {0.25, 20}, [](auto& s) -> Number { return s.foveation.viewing_distance; }, kFoveated}};
 
 constexpr SettingField<Budget> kBudgetFields[] = {
     {"time_s", kPositiveNumber, [](auto& b) { return b.time_s; }},
@@ -140,6 +144,18 @@ void check_device(const RenderSettings& settings, const std::string& where, Prob
                           to_string(settings.mode) + "; Vulkan devices have integrator path in mode pt");
 }
 
+// Of films whose counts follow a gaze.
+void check_foveation(const RenderSettings& settings, const std::string& where, Problems& problems) {
+  const auto refuse_with = [&](const std::string& what, const char* allowed) {
+    refuse(problems, where, std::string(to_string(settings.foveation.kind)) + " with " + what, allowed);
+  };
+  if (caches_light_vertices(settings.integrator))
+    refuse_with(std::string("integrator ") + to_string(settings.integrator), "with path, light, bdpt, pt+bdpt");
+  if (is_paper(settings) && settings.mode != RenderMode::pt) refuse_with("variant paper", "with variant bounded");
+  if (settings.device.kind != RenderDevice::Kind::cpu)
+    refuse_with("device " + to_string(settings.device), "with device cpu");
+}
+
 void check_region(const PixelRect& region, int width, int height, const std::string& where, Problems& problems) {
   if (region.empty()) {
     problems.add(where, text(region) + " is empty; x0 < x1 and y0 < y1 are needed");
@@ -172,6 +188,21 @@ const char* to_string(ModeVariant variant) {
       return "paper";
   }
   return "unknown";
+}
+
+const char* to_string(Foveation foveation) {
+  switch (foveation) {
+    case Foveation::none:
+      return "none";
+    case Foveation::density:
+      return "density";
+  }
+  return "unknown";
+}
+
+std::optional<GazeDensity> gaze_density(const RenderSettings& settings, const std::optional<Gaze>& gaze) {
+  if (!gaze || settings.foveation.kind != Foveation::density) return std::nullopt;
+  return GazeDensity(*gaze, settings.height, settings.foveation.viewing_distance);
 }
 
 std::span<const SettingField<RenderSettings>> settings_fields() {
@@ -215,6 +246,8 @@ void validate(const RenderSettings& settings, const RenderLimits& limits, const 
   check_integrator(settings, field_path(where, "integrator"), problems);
   if (settings.technique) check_technique(settings, field_path(where, "technique"), problems);
   check_device(settings, field_path(where, "device"), problems);
+  if (settings.foveation.kind == Foveation::density)
+    check_foveation(settings, field_path(where, "foveation"), problems);
   check_fields(settings_fields(), settings, where, problems);
   if (allocates(settings.mode)) check_adaptive(settings, where, problems);
   const int hits = settings.reprojection.stored_hits;
@@ -226,10 +259,16 @@ void validate(const Budget& budget, const std::string& where, Problems& problems
   check_fields(budget_fields(), budget, where, problems);
 }
 
+void validate(const Gaze& gaze, const std::string& where, Problems& problems) {
+  check_number(gaze.x, {-kMostGazePixels, kMostGazePixels}, field_path(where, "x"), problems);
+  check_number(gaze.y, {-kMostGazePixels, kMostGazePixels}, field_path(where, "y"), problems);
+}
+
 void validate(const View& view, const std::string& where, Problems& problems) {
   validate(view.camera, field_path(where, "camera"), problems);
   check_number(view.time_s, kAnyNumber, field_path(where, "time_s"), problems);
   check_number(view.exposure, kExposureStops, field_path(where, "exposure"), problems);
+  if (view.gaze) validate(*view.gaze, field_path(where, "gaze"), problems);
 }
 
 }  // namespace helio

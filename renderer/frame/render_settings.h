@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "renderer/base/gaze_density.h"
 #include "renderer/base/math.h"
 #include "renderer/base/number_range.h"
 #include "renderer/base/pixel_filter.h"
@@ -71,8 +72,24 @@ struct ReprojectionSettings {
 struct PreviewSettings {
   double rate = 0;          // pictures a second at most, [0, 120]; 0: none
   double budget_s = 0.045;  // wall time of a preview, [0.005, 1]
+  // Surfaces are traced in every second pixel along either axis, other ones in each preview, and in all along edges;
+  // what is between comes from these and from the preview before (preview/sparse_surfaces.h).
+  bool upscaling = false;
 
   bool operator==(const PreviewSettings&) const = default;
+};
+
+// What a gaze (View::gaze) changes; without one, nothing.
+enum class Foveation {
+  none,
+  density,  // counts of the film and what previews look at fall with the distance from it (base/gaze_density.h); unbiased
+};
+const char* to_string(Foveation foveation);
+struct FoveationSettings {
+  Foveation kind = Foveation::none;
+  double viewing_distance = 2;  // of the eye from the picture, in heights of it, [0.25, 20]
+
+  bool operator==(const FoveationSettings&) const = default;
 };
 
 struct RenderSettings {
@@ -97,10 +114,16 @@ struct RenderSettings {
   std::optional<PixelRect> region;  // of interest; inside the film; none: the whole film
   RenderDevice device;              // other than cpu: integrator path in mode pt
   PreviewSettings preview;
+  FoveationSettings foveation;  // density: integrators with every pixel's own counts, on the CPU, variant bounded
 
   PixelRect rendered_region() const { return region.value_or(PixelRect{0, 0, width, height}); }
   bool operator==(const RenderSettings&) const = default;
 };
+
+// Pixels of a film may get different numbers of samples.
+inline bool counts_differ(const RenderSettings& settings) {
+  return allocates(settings.mode) || settings.foveation.kind == Foveation::density;
+}
 
 // Whether films of both are of the same pictures: all is equal but previews.
 inline bool same_pictures(RenderSettings a, const RenderSettings& b) {
@@ -129,7 +152,11 @@ struct View {
   CameraPose camera;
   double time_s = 0;    // scene time; only the time the scene was loaded at is served for now
   double exposure = 0;  // stops, display only: does not change what is rendered
+  std::optional<Gaze> gaze = {};  // absent: nobody looks anywhere in particular
 };
+
+// What the gaze asks of a film of these settings, and of its previews; absent: nothing.
+std::optional<GazeDensity> gaze_density(const RenderSettings& settings, const std::optional<Gaze>& gaze);
 
 // Segments that an integrator with light paths may have at most: every vertex of a light path is kept, and joined to
 // every vertex of a camera path.
@@ -161,6 +188,7 @@ std::string field_path(const std::string& where, const char* path);
 // Adds every problem, each with the path of its field behind `where`.
 void validate(const RenderSettings& settings, const RenderLimits& limits, const std::string& where, Problems& problems);
 void validate(const Budget& budget, const std::string& where, Problems& problems);
+void validate(const Gaze& gaze, const std::string& where, Problems& problems);
 void validate(const View& view, const std::string& where, Problems& problems);
 
 }  // namespace helio

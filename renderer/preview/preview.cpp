@@ -9,6 +9,7 @@
 #include "renderer/base/clock.h"
 #include "renderer/film/core/film_windows.h"
 #include "renderer/preview/film_capture.h"
+#include "renderer/preview/sparse_surfaces.h"
 
 namespace helio {
 namespace {
@@ -44,6 +45,7 @@ Preview::Preview(std::shared_ptr<PreviewHistory> history, PreviewTarget target,
   target_.path.technique.reset();
   history_->current.forget();
   if (target_.film) history_->rest.forget();  // until it has been captured as a whole
+  colors_before_ = history_->colors_of_last;
   history_->colors_of_last = false;
   ++history_->frame;
   wanted_.resize(windows_.size());
@@ -51,7 +53,26 @@ Preview::Preview(std::shared_ptr<PreviewHistory> history, PreviewTarget target,
   if (target_.film) sweeps_.push_back(Sweep::capture);
   sweeps_.push_back(Sweep::surfaces);
   // Where nothing is captured, what was captured before stays what is looked up first.
-  if (!target_.film) lookup_.emplace(view_, *history_);
+  if (!target_.film) begin_surfaces();
+}
+
+void Preview::begin_surfaces() {
+  lookup_.emplace(view_, *history_);
+  const PreviewBuffer& newest = target_.film ? history_->rest : history_->last;
+  if (colors_before_ && newest.known && newest.scene.lock() == target_.scene) before_ = &newest;
+  std::swap(history_->colors, history_->colors_before);
+}
+
+void Preview::find_surfaces(const PixelRect& window, TraceStats& stats) {
+  const bool textured = surface_camera_.pinhole();
+  const SurfacePass surfaces(*target_.scene, surface_camera_, *history_->surface_colors, textured, *history_);
+  if (target_.density || target_.upscaling) {
+    const SparseSurfaces sparse(surfaces, view_, before_, {target_.density ? &*target_.density : nullptr, target_.upscaling},
+                                *history_);
+    stats.rays += sparse.run(window);
+    return;
+  }
+  for (const PixelRect& block : cut_aligned(window, kPathGroupSize, kPathGroupSize)) stats.rays += surfaces.run(block);
 }
 
 std::size_t Preview::parts() const {
@@ -79,13 +100,10 @@ void Preview::run(int sweep, std::size_t part, TraceStats& stats) {
     case Sweep::capture:
       return capture_film(*target_.film, target_.display, windows_[part], *history_);
     case Sweep::surfaces: {
-      const bool textured = surface_camera_.pinhole();
-      const SurfacePass surfaces(*target_.scene, surface_camera_, *history_->surface_colors, textured, *history_);
-      for (const PixelRect& block : cut_aligned(windows_[part], kPathGroupSize, kPathGroupSize)) {
-        stats.rays += surfaces.run(block);
-      }
+      find_surfaces(windows_[part], stats);
       lookup_->run(windows_[part]);  // not block by block: long rows are what processors fetch ahead
-      wanted_[part] = SampleOrder::find(windows_[part], *history_);
+      wanted_[part] =
+          SampleOrder::find(windows_[part], *history_, target_.density ? &*target_.density : nullptr);
       return;
     }
     case Sweep::samples:
@@ -105,7 +123,7 @@ void Preview::finish_sweep(int sweep) {
       break;
     case Sweep::capture:
       history_->rest.take_view(history_->last);
-      lookup_.emplace(view_, *history_);
+      begin_surfaces();
       break;
     case Sweep::surfaces:
       plan_rest();

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "renderer/base/cancel.h"
+#include "renderer/base/gaze_density.h"
 #include "renderer/base/pixel_filter.h"
 #include "renderer/film/core/film.h"
 #include "renderer/film/display/display_layer.h"
@@ -39,6 +40,8 @@ struct PreviewTarget {
   // Rests at the view of the newest preview; nobody writes to it until the sweeps are over. Null: none.
   const Film* film = nullptr;
   const DisplayLayer* display = nullptr;  // of the film, likewise; null: it is shown as it is
+  std::optional<GazeDensity> density = {};  // where somebody looks; absent: everywhere alike
+  bool upscaling = false;  // surfaces are traced in every second pixel along either axis (sparse_surfaces.h)
 };
 
 // Sweeps and parts as FrameStage has them: all parts of a sweep, in any order and on any worker, then finish_sweep().
@@ -59,6 +62,9 @@ class Preview {
  private:
   enum class Sweep { colors, capture, surfaces, samples, filter };
 
+  // The surfaces of the preview before are known from here on.
+  void begin_surfaces();
+  void find_surfaces(const PixelRect& window, TraceStats& stats);
   void plan_rest();
   void trace(std::size_t part, TraceStats& stats);
   void finish_samples();
@@ -73,6 +79,8 @@ class Preview {
   std::vector<Sweep> sweeps_;  // as far as they are known
   int current_ = 0;            // sweep that comes next
   int first_level_ = 0;        // sweep of the filter's level 0
+  bool colors_before_ = false;             // history.colors are those of the preview before
+  const PreviewBuffer* before_ = nullptr;  // its surfaces, to which history.colors_before belong; null: unknown
   std::optional<HistoryLookup> lookup_;
   std::optional<EdgeAvoidingFilter> filter_;
   std::vector<SampleOrder::Wanted> wanted_;  // by window, until the samples are chosen

@@ -6,6 +6,7 @@ PreviewHistory::PreviewHistory(int width, int height) : width_(width), height_(h
   const std::size_t pixels = std::size_t(width) * std::size_t(height);
   for (PreviewBuffer* buffer : {&rest, &last, &current}) buffer->pixels.resize(pixels);
   colors.resize(pixels, kWhite);
+  colors_before.resize(pixels, kWhite);
   filtered.resize(pixels);
 }
 

@@ -69,7 +69,7 @@ class PreviewHistory {
   PreviewHistory(int width, int height);
 
   static constexpr std::size_t bytes_per_pixel() {
-    return 3 * sizeof(PreviewPixel) + sizeof(std::uint32_t) + sizeof(FilteredPixel);
+    return 3 * sizeof(PreviewPixel) + 2 * sizeof(std::uint32_t) + sizeof(FilteredPixel);
   }
   std::size_t bytes() const { return std::size_t(width_) * std::size_t(height_) * bytes_per_pixel(); }
   int width() const { return width_; }
@@ -87,6 +87,7 @@ class PreviewHistory {
 
   PreviewBuffer rest, last, current;  // `current` is of no view until its preview is complete
   std::vector<std::uint32_t> colors;  // pack_color(), of the newest surfaces
+  std::vector<std::uint32_t> colors_before;  // while a preview is made: of the surfaces before
   bool colors_of_last = false;        // all of them are; false while a preview is made, and if it was given up
   std::vector<FilteredPixel> filtered;
   PreviewCosts costs;

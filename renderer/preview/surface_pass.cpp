@@ -10,8 +10,6 @@
 namespace helio {
 namespace {
 
-constexpr int kMostPixels = kFilmBlock * kFilmBlock;
-
 std::uint16_t surface_name(std::uint32_t instance, std::uint32_t material) {
   return std::uint16_t(hash32(instance * 0x9e3779b9u ^ material) | 1u);
 }
@@ -21,6 +19,11 @@ Rgb finite_light(const Rgb& light) {
 }
 
 }  // namespace
+
+Ray SurfacePass::centre_ray(const PixelPosition& at) const {
+  const CameraRay camera = camera_.centre_ray(at.x, at.y);
+  return {camera.origin, std::numeric_limits<float>::infinity(), camera.direction, kCentreAlphaKey};
+}
 
 void SurfacePass::note(const Ray& ray, const Hit& hit, SurfaceColors::Recent& recent, PreviewPixel& pixel,
                        std::uint32_t& color) const {
@@ -56,32 +59,44 @@ void SurfacePass::note(const Ray& ray, const Hit& hit, SurfaceColors::Recent& re
   color = pack_color(colors_.at(hit, surface, cone.footprint(cosine), recent));
 }
 
+void SurfacePass::trace(std::span<const PixelPosition> at, PreviewPixel* pixels, std::uint32_t* colors) const {
+  HELIO_DCHECK(at.size() <= kMostAtOnce);
+  Ray rays[kMostAtOnce];
+  Hit hits[kMostAtOnce];
+  std::uint32_t order[kMostAtOnce] = {};
+  for (std::uint32_t i = 0; i < at.size(); ++i) {
+    rays[i] = centre_ray(at[i]);
+    order[i] = i;
+  }
+  scene_.accel->intersect(rays, order, std::uint32_t(at.size()), hits, RayOrder::camera);
+  SurfaceColors::Recent recent;
+  for (std::size_t i = 0; i < at.size(); ++i) note(rays[i], hits[i], recent, pixels[i], colors[i]);
+}
+
+void SurfacePass::note_miss(const PixelPosition& at, PreviewPixel& pixel, std::uint32_t& color) const {
+  SurfaceColors::Recent recent;
+  note(centre_ray(at), Hit(), recent, pixel, color);
+}
+
 std::uint64_t SurfacePass::run(const PixelRect& block) const {
   constexpr int kTile = 4;  // neighbours share a packet
-  HELIO_DCHECK(block.area() <= kMostPixels);
-  Ray rays[kMostPixels];
-  Hit hits[kMostPixels];
-  std::uint32_t order[kMostPixels] = {};
-  PixelPosition at[kMostPixels];
-  std::uint32_t count = 0;
+  HELIO_DCHECK(block.area() <= std::int64_t(kMostAtOnce));
+  PixelPosition at[kMostAtOnce];
+  std::size_t count = 0;
   for (int ty = block.y0; ty < block.y1; ty += kTile) {
     for (int tx = block.x0; tx < block.x1; tx += kTile) {
       for (int y = ty; y < std::min(ty + kTile, block.y1); ++y) {
-        for (int x = tx; x < std::min(tx + kTile, block.x1); ++x) {
-          const CameraRay camera = camera_.centre_ray(x, y);
-          rays[count] = {camera.origin, std::numeric_limits<float>::infinity(), camera.direction, kCentreAlphaKey};
-          order[count] = count;
-          at[count] = {x, y};
-          ++count;
-        }
+        for (int x = tx; x < std::min(tx + kTile, block.x1); ++x) at[count++] = {x, y};
       }
     }
   }
-  scene_.accel->intersect(rays, order, count, hits, RayOrder::camera);
-  SurfaceColors::Recent recent;
-  for (std::uint32_t i = 0; i < count; ++i) {
+  PreviewPixel pixels[kMostAtOnce];
+  std::uint32_t colors[kMostAtOnce];
+  trace({at, count}, pixels, colors);
+  for (std::size_t i = 0; i < count; ++i) {
     const std::size_t pixel = history_.index(at[i].x, at[i].y);
-    note(rays[i], hits[i], recent, history_.current.pixels[pixel], history_.colors[pixel]);
+    history_.current.pixels[pixel] = pixels[i];
+    history_.colors[pixel] = colors[i];
   }
   return count;
 }

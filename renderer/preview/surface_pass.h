@@ -1,10 +1,13 @@
 // Visibility: what the ray through each pixel's centre meets.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "renderer/preview/preview_history.h"
 #include "renderer/trace/camera/camera.h"
+#include "renderer/trace/paths/path_integrator.h"
 
 namespace helio {
 
@@ -20,7 +23,14 @@ class SurfacePass {
   // kExactSamples, all else no light and no samples. Thread safe for different blocks. Returns the rays traced.
   std::uint64_t run(const PixelRect& block) const;
 
+  // The same of any pixels of the film, at most kMostAtOnce, to pixels[i] and colors[i].
+  static constexpr std::size_t kMostAtOnce = 256;
+  void trace(std::span<const PixelPosition> at, PreviewPixel* pixels, std::uint32_t* colors) const;
+  // Of a pixel whose ray meets nothing.
+  void note_miss(const PixelPosition& at, PreviewPixel& pixel, std::uint32_t& color) const;
+
  private:
+  Ray centre_ray(const PixelPosition& at) const;
   void note(const Ray& ray, const Hit& hit, SurfaceColors::Recent& recent, PreviewPixel& pixel,
             std::uint32_t& color) const;
 

@@ -48,6 +48,10 @@ JobPlan read_job(const ServiceCore& core, const pb::RunJobRequest& request, cons
                  const std::string& where, Problems& problems) {
   JobPlan plan;
   plan.settings = read_settings(request.settings(), core.render_limits(), field_path(where, "settings"), problems);
+  if (plan.settings.foveation.kind != Foveation::none) {
+    problems.add(field_path(where, "settings.foveation"),
+                 std::string(to_string(plan.settings.foveation.kind)) + "; allowed: none, for nobody looks at a job");
+  }
   if (plan.settings.preview.rate > 0) {
     problems.add(field_path(where, "settings.preview_rate"),
                  number_text(plan.settings.preview.rate) + "; allowed: 0, for nobody drags the camera of a job");

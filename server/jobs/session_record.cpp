@@ -41,6 +41,9 @@ void write(const View& from, Message::View& to) {
   to.set_lens_radius(pose.lens_radius);
   to.set_focus_distance(pose.focus_distance);
   to.set_aspect(pose.aspect);
+  if (!from.gaze) return;
+  to.mutable_gaze()->set_x(from.gaze->x);
+  to.mutable_gaze()->set_y(from.gaze->y);
 }
 
 View read(const Message::View& from) {
@@ -59,6 +62,7 @@ View read(const Message::View& from) {
   pose.lens_radius = from.lens_radius();
   pose.focus_distance = from.focus_distance();
   pose.aspect = from.aspect();
+  if (from.has_gaze()) view.gaze = Gaze{from.gaze().x(), from.gaze().y()};
   return view;
 }
 

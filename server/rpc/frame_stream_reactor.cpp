@@ -145,6 +145,9 @@ bool FrameStreamReactor::handle(const pb::StreamRequest& request) {
     case pb::StreamRequest::kSettings:
       change.settings = &request.settings();
       break;
+    case pb::StreamRequest::kGaze:
+      change.gaze = &request.gaze();
+      break;
     case pb::StreamRequest::kBudget:
       change.budget = &request.budget();
       break;
@@ -185,10 +188,10 @@ bool FrameStreamReactor::handle(const pb::StreamRequest& request) {
       return false;
     case pb::StreamRequest::REQUEST_NOT_SET:
       status = Error{ErrorCode::invalid_argument,
-                     "is empty; allowed: one of open, view, settings, budget, credit, close, scene", "request"};
+                     "is empty; allowed: one of open, view, settings, budget, credit, gaze, close, scene", "request"};
       break;
   }
-  if (status.ok() && (change.view || change.settings || change.budget || change.scene)) {
+  if (status.ok() && (change.view || change.settings || change.budget || change.scene || change.gaze)) {
     const auto revision = guarded([&] { return attached->update(change); });
     if (!revision) status = revision.error();
   }

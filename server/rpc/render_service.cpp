@@ -182,6 +182,11 @@ Result<pb::UpdateSessionResponse> update_session(ServiceCore& core, const pb::Up
   const auto session = core.sessions.find(request.session_id(), "session_id");
   if (!session) return session.error();
   Session::Change change;
+  if (request.has_gaze()) {
+    if (request.has_view() || request.has_settings() || request.has_budget() || !request.scene_id().empty())
+      return Error{ErrorCode::invalid_argument, "is given beside other changes; allowed: alone", "gaze"};
+    change.gaze = &request.gaze();
+  }
   if (request.has_view()) change.view = &request.view();
   if (request.has_settings()) change.settings = &request.settings();
   if (request.has_budget()) change.budget = &request.budget();

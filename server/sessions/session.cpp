@@ -71,6 +71,18 @@ Status Session::read(const Change& change, RenderLoop::Update& update) const {
   return check_film_size(*update.settings, limits_, "settings");
 }
 
+Result<std::uint64_t> Session::move_gaze(const pb::StreamRequest::MoveGaze& message) {
+  Problems problems;
+  const std::optional<Gaze> gaze = read_gaze(message, "gaze", problems);
+  if (!problems.empty()) return problems.to_error();
+  const std::lock_guard lock(mutex_);
+  if (closed_) return gone();
+  if (frozen_) return draining();
+  if (view_) view_->gaze = gaze;
+  rendering_->loop().move_gaze(gaze);
+  return rendering_->loop().revision();
+}
+
 // Another rate and nothing else: the frame in flight goes on.
 bool Session::changes_rate_alone(const Change& change, const RenderLoop::Update& update) const {
   if (!update.budget || change.view || change.settings || change.scene || paused_) return false;
@@ -80,6 +92,8 @@ bool Session::changes_rate_alone(const Change& change, const RenderLoop::Update&
 }
 
 Result<std::uint64_t> Session::update(const Change& change) {
+  if (change.gaze && !change.view && !change.settings && !change.budget && !change.scene)
+    return move_gaze(*change.gaze);
   RenderLoop::Update update;
   std::unique_lock resizing(resize_mutex_, std::defer_lock);
   if (change.settings || change.scene) resizing.lock();

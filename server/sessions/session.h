@@ -36,6 +36,7 @@ class Session : public std::enable_shared_from_this<Session> {
     const pb::View* view = nullptr;
     const pb::RenderSettings* settings = nullptr;
     const pb::Budget* budget = nullptr;
+    const pb::StreamRequest::MoveGaze* gaze = nullptr;  // alone: no new revision
     SceneLease* scene = nullptr;  // to be rendered from now on; moved from
   };
   Result<std::uint64_t> update(const Change& change);
@@ -93,6 +94,7 @@ class Session : public std::enable_shared_from_this<Session> {
   class InUse;
   // Reads what `change` has; with mutex_ held.
   Status read(const Change& change, RenderLoop::Update& update) const;
+  Result<std::uint64_t> move_gaze(const pb::StreamRequest::MoveGaze& message);
   bool changes_rate_alone(const Change& change, const RenderLoop::Update& update) const;
   Error gone() const;
   Error draining() const;

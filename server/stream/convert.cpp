@@ -256,6 +256,22 @@ CameraPose read_camera(const pb::CameraView& message, const std::vector<CameraDe
   return pose;
 }
 
+namespace {
+
+Gaze read_point(const pb::Gaze& message, const std::string& where, Problems& problems) {
+  const Gaze gaze{message.x(), message.y()};
+  validate(gaze, where, problems);
+  return gaze;
+}
+
+}  // namespace
+
+std::optional<Gaze> read_gaze(const pb::StreamRequest::MoveGaze& message, const std::string& where,
+                              Problems& problems) {
+  if (!message.has_gaze()) return std::nullopt;
+  return read_point(message.gaze(), field_path(where, "gaze"), problems);
+}
+
 View read_view(const pb::View& message, const ViewRules& rules, const std::string& where, Problems& problems) {
   View view;
   view.id = message.id();
@@ -278,6 +294,7 @@ View read_view(const pb::View& message, const ViewRules& rules, const std::strin
     problems.add(field_path(where, "time_s"), fmt::format("{}; allowed: {}, the time that the scene was loaded at",
                                                           view.time_s, rules.scene_time_s));
   }
+  if (message.has_gaze()) view.gaze = read_point(message.gaze(), field_path(where, "gaze"), problems);
   return view;
 }
 

@@ -2,6 +2,7 @@
 // allowed range, and fills in the defaults that the protocol states for zero.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,8 @@ struct ViewRules {
   double scene_time_s = 0;
   std::uint64_t last_view_id = 0;
 };
+std::optional<Gaze> read_gaze(const pb::StreamRequest::MoveGaze& message, const std::string& where,
+                              Problems& problems);
 View read_view(const pb::View& message, const ViewRules& rules, const std::string& where, Problems& problems);
 
 // A required id: 1 to 64 bytes.

@@ -30,6 +30,9 @@ constexpr std::pair<PixelFilterKind, pb::PixelFilter> kFilters[] = {
     {PixelFilterKind::tent, pb::PIXEL_FILTER_TENT},
     {PixelFilterKind::gaussian, pb::PIXEL_FILTER_GAUSSIAN}};
 
+constexpr std::pair<Foveation, pb::Foveation> kFoveations[] = {{Foveation::none, pb::FOVEATION_NONE},
+                                                               {Foveation::density, pb::FOVEATION_DENSITY}};
+
 template <class Value, class Message, std::size_t n>
 Value value_of(const std::pair<Value, Message> (&pairs)[n], Message message) {
   for (const auto& [value, number] : pairs) {
@@ -139,6 +142,12 @@ RenderSettings read_settings(const pb::RenderSettings& message, const RenderLimi
   settings.filter = read_filter(message.filter(), message.filter_scale(), where, problems);
   settings.preview.rate = message.preview_rate();
   if (message.preview_budget_ms() != 0) settings.preview.budget_s = 1e-3 * message.preview_budget_ms();
+  settings.preview.upscaling = message.preview_upscaling();
+  settings.foveation.kind =
+      value_of(kFoveations, read_enum(*pb::Foveation_descriptor(), message.foveation(), pb::FOVEATION_NONE,
+                                      field_path(where, "foveation"), problems));
+  if (message.viewing_distance() != 0 && settings.foveation.kind != Foveation::none)
+    settings.foveation.viewing_distance = message.viewing_distance();
   if (!message.device().empty()) {
     if (const auto device = parse_render_device(message.device())) {
       settings.device = *device;
@@ -239,6 +248,10 @@ pb::RenderSettings to_message(const RenderSettings& settings) {
   message.set_device(to_string(settings.device));
   message.set_preview_rate(settings.preview.rate);
   if (settings.preview.rate > 0) message.set_preview_budget_ms(1e3 * settings.preview.budget_s);
+  if (settings.preview.rate > 0) message.set_preview_upscaling(settings.preview.upscaling);
+  message.set_foveation(message_of(kFoveations, settings.foveation.kind));
+  if (settings.foveation.kind != Foveation::none)
+    message.set_viewing_distance(settings.foveation.viewing_distance);
   return message;
 }
 

@@ -39,6 +39,8 @@ const Subcommand kSubcommands[] = {
      false},
     {"previews", "previews of a drag over one sample a pixel in the same time: error and flicker", run_previews, true,
      false},
+    {"foveated", "what a gaze changes: time, FLIP and flicker of previews, a film's error over time", run_foveated, true,
+     false},
     {"cancel", "stream given up to the last work done for it", run_cancel},
     {"stream", "processor share of streaming 10 pictures a second", run_stream},
     {"service", "jobs that the daemon keeps: checkpoints, submissions, lists, a restart", run_service, false, false},
@@ -222,7 +224,7 @@ int main(int argc, char** argv) {
       command->add_option("--oidn-library", options.oidn_library,
                           "Open Image Denoise 2.x, a path or a name for the dynamic linker; also HELIOGRAPH_OIDN. Its "
                           "figures are left out without it");
-    if (std::string(subcommand.name) == "previews")
+    if (std::string(subcommand.name) == "previews" || std::string(subcommand.name) == "foveated")
       command->add_option("--output", options.output,
                           "Folder for PNGs of previews, beside what they are compared with");
   }
@@ -237,8 +239,8 @@ int main(int argc, char** argv) {
     if (std::string(subcommand.name) == "turns") add_turn_options(*command, options);
   }
   app.add_subcommand("all",
-                     "all that give figures but adaptive, denoisers, display, drag, lamps, previews, python, reuse, "
-                     "tev, viewer and vulkan")
+                     "all that give figures but adaptive, denoisers, display, drag, foveated, lamps, previews, python, "
+                     "reuse, tev, viewer and vulkan")
       ->callback([&] { chosen = "all"; });
   try {
     app.parse(argc, argv);

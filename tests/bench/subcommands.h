@@ -21,6 +21,7 @@ Status run_viewer(BenchContext& context, Figures& figures);
 Status run_display(BenchContext& context, Figures& figures);
 Status run_denoisers(BenchContext& context, Figures& figures);
 Status run_previews(BenchContext& context, Figures& figures);
+Status run_foveated(BenchContext& context, Figures& figures);
 Status run_cancel(BenchContext& context, Figures& figures);
 Status run_stream(BenchContext& context, Figures& figures);
 Status run_service(BenchContext& context, Figures& figures);

@@ -270,5 +270,24 @@ TEST(NamedPaths, RefuseWhatTheyDoNotKnow) {
   EXPECT_FALSE(far);
 }
 
+// A gaze stays as it was until another is named.
+TEST(CameraPath, GazesAreNamedAndStay) {
+  const auto views = play(R"({"views": [{}, {"gaze": [10, -2.5], "repeat": 2}, {"turn_degrees": 1}, {"gaze": null}]})");
+  ASSERT_EQ(views.size(), 5u);
+  EXPECT_FALSE(views[0].gaze);
+  for (const int i : {1, 2, 3}) {
+    ASSERT_TRUE(views[std::size_t(i)].gaze);
+    EXPECT_EQ(views[std::size_t(i)].gaze->x(), 10);
+    EXPECT_EQ(views[std::size_t(i)].gaze->y(), -2.5);
+  }
+  EXPECT_FALSE(views[4].gaze);
+  for (const char* bad : {"[1]", "[1, 2, 3]", "[1, \"a\"]", "[1, 2e6]", "7", "{}"}) {
+    EXPECT_NE(refusal(std::string(R"({"views": [{"gaze": )") + bad + "}]}")
+                  .find("p.json/views/0/gaze: "),
+              std::string::npos)
+        << bad;
+  }
+}
+
 }  // namespace
 }  // namespace helio::test

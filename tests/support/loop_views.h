@@ -82,6 +82,7 @@ class LoopViews {
     View view;
     view.id = ++views_;
     view.camera = camera;
+    view.gaze = gaze;
     view.camera.aspect = 0;  // as tests and benches that make a Camera of the pose see it
     update.view = view;
     update.budget = budget;
@@ -90,6 +91,21 @@ class LoopViews {
     sink_->picture.seconds = sink_->wait_for(revision) - started;
     return sink_->picture;
   }
+
+  // The picture that there is once the frame has ended that a gaze alone began. Precondition: it begins one.
+  const ViewPicture& move_gaze(const Gaze& to) {
+    gaze = to;
+    const std::uint64_t frame = sink_->frame();
+    loop_->move_gaze(to);
+    sink_->wait_for_frame_after(frame);
+    return sink_->picture;
+  }
+  // The picture that there is once no frame has been in flight for a while.
+  const ViewPicture& settle() {
+    sink_->wait_until_idle();
+    return sink_->picture;
+  }
+  std::optional<Gaze> gaze;  // of the next views
 
   // The next view is of this scene.
   void set_scene(std::shared_ptr<const RenderScene> scene) { scene_ = std::move(scene); }
@@ -118,6 +134,8 @@ class LoopViews {
       const std::lock_guard lock(mutex);
       previewing = begin.preview;
       if (previewing) return;
+      in_flight = true;
+      ++begun;
       picture.seed = begin.settings.seed;
     }
     void tile_ready(FrameTile tile) override {
@@ -139,6 +157,7 @@ class LoopViews {
         return;
       }
       picture.end = end;
+      in_flight = false;
       ended_s = now_s();
       changed.notify_all();
     }
@@ -148,7 +167,25 @@ class LoopViews {
       return ended_s;
     }
 
+    std::uint64_t frame() {
+      const std::lock_guard lock(mutex);
+      return picture.end.tag.frame;
+    }
+    void wait_for_frame_after(std::uint64_t frame) {
+      std::unique_lock lock(mutex);
+      changed.wait(lock, [&] { return picture.end.tag.frame > frame; });
+    }
+    void wait_until_idle() {
+      std::unique_lock lock(mutex);
+      for (std::uint64_t seen = ~std::uint64_t(0); in_flight || seen != begun;) {
+        seen = begun;
+        changed.wait_for(lock, std::chrono::milliseconds(50), [] { return false; });
+      }
+    }
+
     ViewPicture picture;
+    bool in_flight = false;
+    std::uint64_t begun = 0;  // frames of the film
     std::map<FrameEndReason, int> previews;
     bool previewing = false;
     double ended_s = 0;

@@ -20,6 +20,7 @@
 #include "client/cli/tev_option.h"
 #include "client/server_address.h"
 #include "renderer/base/clock.h"
+#include "renderer/base/gaze_density.h"
 
 namespace helio::cli {
 
@@ -34,6 +35,8 @@ struct MoveOptions {
   SceneOptions scene;
   TextOption path, turn, orbit, pivot, shift, steps, step;
   TextOption play, preview_rate, preview_budget, preview_jpeg, reconnect;
+  bool preview_upscaling = false;
+  TextOption foveation, viewing_distance, gaze;
   SettingsOptions settings;
   BudgetOptions budget;
   FileOptions files;
@@ -57,6 +60,7 @@ constexpr const char* kHelp =
     "  or moved: \"turn_degrees\": A (positive: left), \"orbit_degrees\": A (around \"pivot\": [x,y,z]),\n"
     "           \"move\": [right, up, forward] in scene units\n"
     "  lens:    \"fov_degrees\": A (vertical), \"lens_radius\": L, \"focus_distance\": L\n"
+    "  gaze:    \"gaze\": [x,y] in pixels from the upper left corner, or null; with --foveation density\n"
     "  budget:  \"samples\": N, \"time_s\": T, \"error\": E, for this view instead of the command's\n"
     "  again:   \"repeat\": N\n"
     "Example: {\"views\": [{\"samples\": 256}, {\"turn_degrees\": 5, \"samples\": 64, \"repeat\": 20}]}\n"
@@ -112,6 +116,41 @@ void add_preview_options(CLI::App& app, MoveOptions& options) {
            "Time that a preview may take, milliseconds in [5, 1000]. Default: 45");
   add_text(app, options.preview_jpeg, "--preview-jpeg", "Q",
            "Previews come as JPEG of this quality, [1, 100]. Default: as EXR in process and on loopback, 90 otherwise");
+  add_flag(app, options.preview_upscaling, "--preview-upscaling",
+           "Previews trace surfaces in every second pixel along either axis, and in all along edges");
+}
+
+void add_gaze_options(CLI::App& app, MoveOptions& options) {
+  add_text(app, options.foveation, "--foveation", "KIND",
+           "none, or density: samples go where --gaze and the path's gazes are, fewer elsewhere. Default: none");
+  add_text(app, options.viewing_distance, "--viewing-distance", "D",
+           "Of the eye from the picture, in heights of the picture, [0.25, 20], with --foveation density. Default: 2");
+  add_text(app, options.gaze, "--gaze", "x,y",
+           "Where somebody looks, pixels from the picture's upper left corner. Default, with --foveation density: its "
+           "centre");
+}
+
+// The gaze that is asked for; none: none is, or the picture's centre is meant.
+std::optional<pb::Gaze> read_gaze(const MoveOptions& options, OptionReader& reader, pb::RenderSettings& settings) {
+  const auto kind = reader.choice(options.foveation, {"none", "density"});
+  const bool foveated = kind == "density";
+  if (foveated) settings.set_foveation(pb::FOVEATION_DENSITY);
+  if (const auto distance = reader.number(options.viewing_distance, {0.25, 20})) settings.set_viewing_distance(*distance);
+  const auto point = reader.pair(options.gaze, {-kMostGazePixels, kMostGazePixels});
+  for (const TextOption* option : {&options.viewing_distance, &options.gaze})
+    if (option->given() && !foveated) reader.problem(*option, "is only valid with --foveation density");
+  if (!point) return std::nullopt;
+  pb::Gaze gaze;
+  gaze.set_x(point->first);
+  gaze.set_y(point->second);
+  return gaze;
+}
+
+pb::Gaze centre_of_film(const pb::RenderSettings& settings) {
+  pb::Gaze gaze;
+  gaze.set_x(0.5 * settings.width());
+  gaze.set_y(0.5 * settings.height());
+  return gaze;
 }
 
 bool asks_for_mode(const SettingsOptions& options) {
@@ -141,6 +180,7 @@ std::optional<double> read_play(const MoveOptions& options, OptionReader& reader
   if (const auto rate = reader.number(options.preview_rate, {0, 120})) settings.set_preview_rate(*rate);
   if (const auto budget = reader.number(options.preview_budget, {5, 1000})) settings.set_preview_budget_ms(*budget);
   if (play && !options.preview_rate.given()) settings.set_preview_rate(20);
+  if (options.preview_upscaling) settings.set_preview_upscaling(true);
   return play;
 }
 
@@ -292,6 +332,7 @@ int run(const CLI::App& app, const MoveOptions& options) {
   context.connection.vulkan_devices = asks_for_device(request.settings());
   *request.mutable_budget() = read_budget(options.budget, reader);
   const auto play_rate = read_play(options, reader, *request.mutable_settings());
+  auto gaze = read_gaze(options, reader, *request.mutable_settings());
   pb::TileFormat format = read_transport(options.transport, context.connection.address, reader);
   FileNames patterns = read_files(options.files, scene_stem(choice) + ".####.exr", request.settings().mode(), reader);
   add_layers(patterns, format);
@@ -330,7 +371,8 @@ int run(const CLI::App& app, const MoveOptions& options) {
   auto& open = std::get<OpenScene>(opened);
   RenderClient& client = open.renderer.client();
   const pb::SceneInfo& scene = open.scene();
-  const PathStart start{open.camera.view(), pivot.value_or(centre_of(scene)), cameras_of(scene)};
+  if (request.settings().foveation() == pb::FOVEATION_DENSITY && !gaze) gaze = centre_of_film(request.settings());
+  const PathStart start{open.camera.view(), pivot.value_or(centre_of(scene)), cameras_of(scene), gaze};
   const auto views =
       options.path.given() ? read_path_views(options.path, path_text, scale, start) : play_motion(motion, start);
   if (!views) return terminal.fail(kUsage, views.error().to_string());
@@ -391,6 +433,7 @@ Command add_move(CLI::App& root) {
   add_scene_options(*app, options->scene);
   add_path_options(*app, *options);
   add_preview_options(*app, *options);
+  add_gaze_options(*app, *options);
   add_settings_options(*app, options->settings);
   add_budget_options(*app, options->budget, "each view");
   add_file_options(*app, options->files, true);

@@ -102,6 +102,7 @@ Status MovePlayer::send(const PathView& view, double time_s) {
     message.set_id(++view_id_);
   }
   *message.mutable_camera() = view.camera;
+  if (view.gaze) *message.mutable_gaze() = *view.gaze;
   message.set_time_s(time_s);
   return stream_->send_view(message);
 }

@@ -122,6 +122,7 @@ class PathPlayer {
       shown_.sent(view_, sent_s_ = now_s());
     }
     *message.mutable_camera() = view.camera;
+  if (view.gaze) *message.mutable_gaze() = *view.gaze;
     message.set_time_s(play_.time_s);
     return stream_->send_view(message);
   }

@@ -45,7 +45,7 @@ FillAllocation::FillAllocation(Film& film, const PixelRect& region, const Alloca
   for (std::vector<Known>& known : part_known_) known.resize(parts());
   most_ = power_of_two_below(request.mean * kMostShare);
   for (std::uint32_t& least : fresh_least_)
-    least = power_of_two_below(std::max(request.mean * kLeastShare, std::min(request.mean, kPilot)));
+    least = power_of_two_below(std::max(request.mean * least_share(), std::min(request.mean, kPilot)));
 }
 
 FillAllocation::Sweep FillAllocation::kind(int sweep) const {
@@ -99,7 +99,7 @@ void FillAllocation::find_demand(std::size_t part) {
     helio::find_demand(film_, region_, windows_[part], h, settings_.measure, epsilon_[1 - h], DemandPixels::all,
                        [&](int x, int y, PixelDemand pixel) {
                          pixel.cost = 1;  // the first samples are of half A alone, and of some blocks
-                         const bool usable = pixel.known && pixel.squared > 0;
+                         const bool usable = settings_.by_noise && pixel.known && pixel.squared > 0;
                          targets.set_demand(h, x, y, usable ? float(log_demand(pixel)) : kUnknown);
                          if (!usable) return;
                          known.sum += double(targets.demand(h, x, y));
@@ -114,7 +114,8 @@ void FillAllocation::find_fresh_demand(std::size_t part) {
   for (int h = 0; h < kHalves; ++h) {
     helio::find_demand(film_, region_, windows_[part], h, settings_.measure, epsilon_[1 - h], DemandPixels::fresh,
                        [&](int x, int y, const PixelDemand& pixel) {
-                         if (film_.history()->carried(x, y).count[h] > 0 || !pixel.known || !(pixel.squared > 0))
+                         if (!settings_.by_noise || film_.history()->carried(x, y).count[h] > 0 || !pixel.known ||
+                             !(pixel.squared > 0))
                            return;
                          targets.set_demand(h, x, y, float(log_demand(pixel)));
                        });
@@ -124,7 +125,7 @@ void FillAllocation::find_fresh_demand(std::size_t part) {
 FillAllocation::Pixel FillAllocation::pixel(int h, int x, int y) const {
   const SampleTargets& targets = *film_.targets();
   const float demand = targets.demand(h, x, y);
-  return {std::exp2(std::isnan(demand) ? targets.usual_demand[h] : demand),
+  return {std::exp2((std::isnan(demand) ? targets.usual_demand[h] : demand) + log_density(x, y)),
           float(film_.history()->carried(x, y).count[h]), film_.attempted(h, x, y), dither(x, y, settings_.seed)};
 }
 
@@ -133,7 +134,7 @@ std::uint32_t FillAllocation::least_of(const Pixel& pixel, std::uint32_t fresh_l
   if (pixel.carried == 0) return std::max(fresh_least, pixel.has);
   const double checks = request_.mean * kCheckedShare;
   const std::uint32_t least =
-      checks >= 1 ? power_of_two_below(request_.mean * kLeastShare) : std::uint32_t(checks > double(pixel.chance));
+      checks >= 1 ? power_of_two_below(request_.mean * least_share()) : std::uint32_t(checks > double(pixel.chance));
   return std::max(least, pixel.has);
 }
 

@@ -37,13 +37,22 @@ std::uint32_t count_of(int bin, int shift, std::uint32_t least, std::uint32_t mo
 
 NeymanAllocation::NeymanAllocation(Film& film, const PixelRect& region, const AllocationSettings& settings,
                                    const AllocationRequest& request)
-    : DemandAllocation(film, region, film.targets()->demand_known ? 2 : 5, settings, request) {
+    : DemandAllocation(film, region, sweeps_of(film, settings), settings, request) {
   for (std::vector<Outlook>& outlooks : part_outlooks_) outlooks.resize(parts());
   const std::uint32_t pilot = settings.min_samples / 2;
-  least_ = std::max(std::max(pilot, 1u), power_of_two_below(request.mean * kLeastShare));
+  least_ = std::max(std::max(pilot, 1u), power_of_two_below(request.mean * least_share()));
   most_ = std::max(least_, power_of_two_below(request.mean * kMostShare));
-  if (film.targets()->demand_known) return;
+  if (kind(0) == Sweep::solve) return;
   for (std::vector<std::uint32_t>& histogram : film.targets()->histogram) histogram.assign(kBins, 0);
+}
+
+int NeymanAllocation::sweeps_of(const Film& film, const AllocationSettings& settings) {
+  if (settings.by_noise && !film.targets()->demand_known) return 5;
+  return settings.density || !film.targets()->demand_known ? 3 : 2;
+}
+
+bool NeymanAllocation::uniform(const SampleTargets& targets) const {
+  return !settings_.density && (!settings_.by_noise || targets.exponent == 0);
 }
 
 NeymanAllocation::Sweep NeymanAllocation::kind(int sweep) const {
@@ -126,7 +135,8 @@ void NeymanAllocation::choose_exponent() {
 }
 
 float NeymanAllocation::value(const SampleTargets& targets, int h, int x, int y) const {
-  return targets.exponent * targets.demand(h, x, y) + dither(x, y, settings_.seed);
+  const float noise = settings_.by_noise ? targets.exponent * targets.demand(h, x, y) : 0.0f;
+  return noise + log_density(x, y) + dither(x, y, settings_.seed);
 }
 
 void NeymanAllocation::count_pixels(std::size_t part) {
@@ -168,7 +178,7 @@ void NeymanAllocation::assign(std::size_t part) {
   for (int h = 0; h < kHalves; ++h) {
     for (int y = w.y0; y < w.y1; ++y) {
       for (int x = w.x0; x < w.x1; ++x) {
-        if (targets.exponent == 0) {
+        if (uniform(targets)) {
           targets.set_uniform(h, x, y);  // a power of two would do less well
         } else {
           targets.set_target(h, x, y, count_of(bin_of(value(targets, h, x, y)), shift_[h], least_, most_));

@@ -2,7 +2,8 @@
 //
 // demand() holds, per half, log2 of s / sqrt(c); to the power g, times a dither of [1, 2) that is the pixel's own,
 // times a scale, rounded down to a power of two, it is the count. The scale sets the mean; it is found in a histogram,
-// so that later rounds need one sweep only.
+// so that later rounds need one sweep only. Where somebody looks, the density is one more factor, and the histogram is
+// of the gaze: each round makes its own.
 #pragma once
 
 #include "renderer/film/allocation/demand_allocation.h"
@@ -28,7 +29,10 @@ class NeymanAllocation final : public DemandAllocation {
   struct Outlook {
     double variance[kExponents] = {}, cost[kExponents] = {};
   };
+  static int sweeps_of(const Film& film, const AllocationSettings& settings);
   Sweep kind(int sweep) const;
+  // Counts are one number.
+  bool uniform(const SampleTargets& targets) const;
   void find_demand(std::size_t part);
   void find_demand_of(int h, const PixelRect& window, Outlook& outlook);
   void choose_exponent();

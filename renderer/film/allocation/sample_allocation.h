@@ -29,8 +29,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
+#include "renderer/base/gaze_density.h"
 #include "renderer/film/core/film.h"
 #include "renderer/film/core/sample_targets.h"
 
@@ -62,6 +64,10 @@ struct AllocationSettings {
   AllocationMeasure measure = AllocationMeasure::relative;
   std::uint32_t min_samples = 16;  // per pixel, both halves, before counts differ; >= 2
   std::uint64_t seed = 0;          // of the dither
+  bool by_noise = true;            // false: counts follow `density` alone, and are uniform without one
+  // Where somebody looks: counts are those of the rule times this, and a pixel's least count is a smaller share of the
+  // mean. It follows no sample, so counts stay as unbiased as they are. Absent: nobody looks anywhere in particular.
+  std::optional<GazeDensity> density = {};
 };
 
 class SampleAllocation {

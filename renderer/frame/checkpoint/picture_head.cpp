@@ -250,7 +250,8 @@ std::uint64_t settings_digest(const RenderSettings& settings) {
     ((digest = fnv1a(digest, bits(values))), ...);
   };
   const auto& [width, height, mode, variant, integrator, technique, adaptive, reprojection, light_cache, seed,
-               max_segments, roulette_from, roulette, filter, region, device, preview] = settings;
+               max_segments, roulette_from, roulette, filter, region, device, preview,
+               foveation] = settings;
   add(width, height, mode, variant, integrator, technique.has_value());
   const auto& [light_vertices, camera_vertices, unweighted] = technique.value_or(Technique());
   add(light_vertices, camera_vertices, unweighted);
@@ -267,6 +268,8 @@ std::uint64_t settings_digest(const RenderSettings& settings) {
   add(rendered.x0, rendered.y0, rendered.x1, rendered.y1);
   const auto& [device_kind, device_index] = device;
   add(device_kind, device_index);
+  const auto& [foveation_kind, viewing_distance] = foveation;
+  add(foveation_kind, foveation_kind == Foveation::none ? 0 : viewing_distance);
   static_cast<void>(region), static_cast<void>(preview);
   return hash64(digest);
 }

@@ -10,19 +10,20 @@
 namespace helio {
 
 std::optional<AllocationSettings> allocation_settings(const RenderSettings& settings) {
-  if (!allocates(settings.mode)) return std::nullopt;
+  if (!counts_differ(settings)) return std::nullopt;
   AllocationSettings allocation;
   const VariantParts* variant = variant_parts(settings);
   allocation.iterates = variant && variant->allocation_iterates;
   allocation.measure =
       settings.adaptive.measure == ErrorMeasure::rmse ? AllocationMeasure::absolute : AllocationMeasure::relative;
-  allocation.min_samples = settings.adaptive.min_samples;
+  allocation.by_noise = allocates(settings.mode);
+  allocation.min_samples = allocation.by_noise ? settings.adaptive.min_samples : kHalves;
   allocation.seed = settings.seed;
   return allocation;
 }
 
 FilmState film_state(const RenderSettings& settings) {
-  const FilmState state{.targets = allocates(settings.mode),
+  const FilmState state{.targets = counts_differ(settings),
                         .history = reuses(settings.mode),
                         .splats = traces_light_paths(settings.integrator) && settings.integrator != Integrator::photon,
                         .merging = merges(settings.integrator)};
@@ -30,8 +31,13 @@ FilmState film_state(const RenderSettings& settings) {
   return variant ? variant->film_state(state, settings) : state;
 }
 
-AllocateSamples::AllocateSamples(Film& film, double mean, std::unique_ptr<SampleAllocation> allocation)
-    : FrameStage(StageId::allocate), film_(film), mean_(mean), allocation_(std::move(allocation)) {}
+AllocateSamples::AllocateSamples(Film& film, double mean, std::uint64_t gaze_moves,
+                                 std::unique_ptr<SampleAllocation> allocation)
+    : FrameStage(StageId::allocate),
+      film_(film),
+      mean_(mean),
+      gaze_moves_(gaze_moves),
+      allocation_(std::move(allocation)) {}
 
 void AllocateSamples::run(int sweep, std::size_t part, TraceStats&) {
   allocation_->run(sweep, part);
@@ -49,6 +55,7 @@ void AllocateSamples::note(PictureState& picture) {
   RoundState& round = picture.state.round;
   ++round.number;
   round.mean = mean_;
+  round.gaze_moves = gaze_moves_;
   round.summary = film_.targets()->round;
 }
 

@@ -17,8 +17,9 @@ FilmState film_state(const RenderSettings& settings);
 
 class AllocateSamples final : public FrameStage {
  public:
-  // mean: of the request that the allocation was made for. The film, which outlives this, has targets.
-  AllocateSamples(Film& film, double mean, std::unique_ptr<SampleAllocation> allocation);
+  // mean: of the request that the allocation was made for; gaze_moves: FrameState::gaze_moves then. The film, which
+  // outlives this, has targets.
+  AllocateSamples(Film& film, double mean, std::uint64_t gaze_moves, std::unique_ptr<SampleAllocation> allocation);
 
   int sweeps() const override { return allocation_->sweeps(); }
   std::size_t parts() const override { return allocation_->parts(); }
@@ -30,6 +31,7 @@ class AllocateSamples final : public FrameStage {
  private:
   Film& film_;
   double mean_;
+  std::uint64_t gaze_moves_;
   std::unique_ptr<SampleAllocation> allocation_;
 };
 

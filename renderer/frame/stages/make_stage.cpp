@@ -33,9 +33,15 @@ std::shared_ptr<FrameStage> make_reprojection(const StageRequest& request, const
 
 std::shared_ptr<FrameStage> make_allocate(const AllocationRequest& request, const StageContext& c) {
   const VariantParts* variant = variant_parts(c.settings);
-  auto allocation = variant ? variant->allocation(c.film, c.grid.region(), c.settings, request)
-                            : make_allocation(c.film, c.grid.region(), *allocation_settings(c.settings), request);
-  return std::make_shared<AllocateSamples>(c.film, request.mean, std::move(allocation));
+  std::unique_ptr<SampleAllocation> allocation;
+  if (variant) {
+    allocation = variant->allocation(c.film, c.grid.region(), c.settings, request);
+  } else {
+    AllocationSettings settings = *allocation_settings(c.settings);
+    settings.density = c.density;
+    allocation = make_allocation(c.film, c.grid.region(), settings, request);
+  }
+  return std::make_shared<AllocateSamples>(c.film, request.mean, c.picture.state.gaze_moves, std::move(allocation));
 }
 
 }  // namespace

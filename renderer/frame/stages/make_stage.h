@@ -26,6 +26,7 @@ struct StageContext {
   PictureState& picture;
   std::uint64_t view_id = 0;
   CheckpointMaker* checkpoints = nullptr;  // null: none are made
+  std::optional<GazeDensity> density = {};  // of the film; absent: no gaze, or it changes nothing there
 };
 
 std::shared_ptr<FrameStage> make_stage(const StageRequest& request, const StageContext& context);

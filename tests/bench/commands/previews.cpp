@@ -2,23 +2,18 @@
 // that it is enough for, enlarged. Error, structural dissimilarity and flicker, against references.
 #include <algorithm>
 #include <cmath>
-#include <condition_variable>
 #include <filesystem>
-#include <map>
-#include <mutex>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include "renderer/codec/display_image.h"
 #include "renderer/metrics/dssim.h"
 #include "renderer/metrics/error_metrics.h"
-#include "renderer/trace/camera/camera_projection.h"
 #include "tests/bench/scenes/error_scenes.h"
 #include "tests/bench/scenes/over_scenes.h"
+#include "tests/bench/scenes/preview_drag.h"
 #include "tests/bench/subcommands.h"
-#include "tests/support/loop_views.h"
 
 namespace helio::bench {
 
@@ -26,107 +21,9 @@ namespace {
 
 const char* const kScenes[] = {"cornell", "sponza-dabrovic", "breakfast-room", "courtyard"};
 constexpr std::uint32_t kReference = 256;
-constexpr double kRestSeconds = 2, kDegreesAView = 0.5, kRate = 30, kBudget = 0.028;
+constexpr double kRate = 30, kBudget = 0.028;
 // Views of the drag that are looked at, and the last two of them for the change from one to the next.
 constexpr int kLookedAt[] = {10, 25, 40, 41};
-// What is brighter than so many times the picture's mean is white.
-constexpr float kWhite = 4;
-
-// Radiance of the whole previews, by view.
-class PreviewSink final : public FrameSink {
- public:
-  PreviewSink(int width, int height) : width_(width), height_(height) {}
-
-  void frame_begun(const FrameBegin& begin) override {
-    const std::lock_guard lock(mutex_);
-    preview_ = begin.preview;
-    view_ = begin.tag.view_id;
-    if (preview_) pictures_[view_] = empty();
-  }
-  void tile_ready(FrameTile tile) override {
-    if (!tile.preview) return;
-    const std::lock_guard lock(mutex_);
-    for (int c = 0; c < 3; ++c)
-      test::put_rows(tile.pixels.display[c], tile.pixels.window, width_, pictures_[view_].channels[c]);
-  }
-  void frame_ended(const FrameEnd& end) override {
-    const std::lock_guard lock(mutex_);
-    if (!preview_) return;
-    LoopPicture& picture = pictures_[view_];
-    picture.seconds = end.progress.seconds;
-    picture.end = end;
-    changed_.notify_all();
-  }
-
-  // Waits for the view's. internal: it failed.
-  Result<LoopPicture> take(std::uint64_t view) {
-    std::unique_lock lock(mutex_);
-    const auto ended = [&] { return pictures_.contains(view) && pictures_[view].seconds > 0; };
-    if (!changed_.wait_for(lock, std::chrono::seconds(30), ended))
-      return Error{ErrorCode::internal, "no preview came", std::to_string(view)};
-    LoopPicture picture = std::move(pictures_[view]);
-    pictures_.erase(view);
-    if (picture.end.reason != FrameEndReason::preview)
-      return Error{ErrorCode::internal, "the preview failed: " + picture.end.message, std::to_string(view)};
-    return picture;
-  }
-
- private:
-  LoopPicture empty() const {
-    LoopPicture picture;
-    picture.width = width_;
-    picture.height = height_;
-    for (auto& channel : picture.channels) channel.assign(picture.view().pixels(), 0.0f);
-    return picture;
-  }
-
-  int width_, height_;
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  bool preview_ = false;
-  std::uint64_t view_ = 0;
-  std::map<std::uint64_t, LoopPicture> pictures_;
-};
-
-struct Drag {
-  std::vector<LoopPicture> previews;  // of kLookedAt
-  std::vector<CameraPose> cameras;
-};
-
-// Every view waits for its preview, so none is skipped.
-Result<Drag> drag(RenderEngine& engine, const ErrorScene& scene) {
-  RenderSettings settings = scene.settings;
-  settings.mode = RenderMode::combined;
-  settings.preview = {.rate = kRate, .budget_s = kBudget};
-  RenderLoopOptions options;
-  options.channels |= kResolveDisplay;
-  const auto sink = std::make_shared<PreviewSink>(settings.width, settings.height);
-  RenderLoop loop(engine, scene.scene, settings, {}, RenderRank::interactive, sink, options);
-  Drag drag;
-  const auto move_to = [&](int view) {
-    RenderLoop::Update update;
-    update.view = View{std::uint64_t(view) + 1, test::turned_and_shifted(scene.view, kDegreesAView * view, 0)};
-    update.view->camera.aspect = 0;
-    loop.update(update);
-    return update.view->camera;
-  };
-  move_to(0);
-  std::this_thread::sleep_for(std::chrono::duration<double>(kRestSeconds));
-  auto due = std::chrono::steady_clock::now();
-  for (int view = 1; view <= *std::rbegin(kLookedAt); ++view) {
-    const CameraPose camera = move_to(view);
-    auto picture = sink->take(std::uint64_t(view) + 1);
-    if (!picture) return picture.error();
-    if (std::ranges::find(kLookedAt, view) != std::end(kLookedAt)) {
-      drag.previews.push_back(std::move(*picture));
-      drag.cameras.push_back(camera);
-    }
-    due += std::chrono::microseconds(std::int64_t(1e6 / kRate));
-    std::this_thread::sleep_until(due);
-  }
-  return drag;
-}
-
 // Bilinearly, between pixels' centres.
 LoopPicture enlarged(const LoopPicture& small, int width, int height) {
   LoopPicture large;
@@ -172,33 +69,6 @@ Result<LoopPicture> without_previews(RenderEngine& engine, const ErrorScene& sce
   }
 }
 
-// Mean over pixels and channels of how the error changes from one picture of the drag to the next, where both see the
-// same direction: the camera turns on the spot, so that is the same point. In units of the mean radiance.
-double flicker(const LoopPicture& before, const ErrorScene& before_truth, const LoopPicture& after,
-               const ErrorScene& after_truth) {
-  const int width = before.width, height = before.height;
-  const CameraProjection from(before_truth.view, width, height, V3d(0, 0, 0));
-  const CameraProjection to(after_truth.view, width, height, V3d(0, 0, 0));
-  const float white = kWhite * float(mean_of(after_truth.reference));
-  double sum = 0, count = 0;
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const FilmPoint p = from.direction(to.direction_at(x + 0.5, y + 0.5));
-      if (!p.in_front || !(p.x >= 0 && p.y >= 0 && p.x < width && p.y < height)) continue;
-      const std::size_t there = std::size_t(p.y) * std::size_t(width) + std::size_t(p.x);
-      const std::size_t here = std::size_t(y) * std::size_t(width) + std::size_t(x);
-      for (int c = 0; c < 3; ++c) {
-        const auto error = [&](const LoopPicture& picture, const ErrorScene& truth, std::size_t i) {
-          return std::min(picture.channels[c][i], white) - std::min(truth.reference.channels[c][i], white);
-        };
-        sum += std::fabs(error(after, after_truth, here) - error(before, before_truth, there));
-      }
-      count += 3;
-    }
-  }
-  return sum / count / mean_of(after_truth.reference);
-}
-
 // Less what the reference's noise adds. failed_precondition: that is more than half of it.
 Result<double> relmse(const LoopPicture& picture, const ErrorScene& truth) {
   const auto error = relative_error(picture.view(), truth.reference.view());
@@ -224,7 +94,12 @@ Status write_pictures(const BenchOptions& options, const ErrorScene& truth, cons
 
 Status measure(RenderEngine& engine, const BenchOptions& options, const ErrorScene& scene, Figures& figures,
                OverScenes& all) {
-  const auto dragged = drag(engine, scene);
+  PreviewDrag what;
+  what.looked_at.assign(std::begin(kLookedAt), std::end(kLookedAt));
+  what.settings = scene.settings;
+  what.settings.mode = RenderMode::combined;
+  what.settings.preview = {.rate = kRate, .budget_s = kBudget};
+  const auto dragged = drag_previews(engine, scene, what);
   if (!dragged) return dragged.error();
   const auto add = [&](const std::string& name, const std::string& view, double ours, double theirs, double goal) {
     const Figure figure{name, ours / theirs, "x", 1.0, Better::lower};
@@ -248,8 +123,8 @@ Status measure(RenderEngine& engine, const BenchOptions& options, const ErrorSce
     view += std::to_string(kLookedAt[i]);
     if (const Status written = write_pictures(options, truth, view, preview, *single); !written) return written;
     if (i + 1 == std::size(kLookedAt)) {
-      add("flicker", view, flicker(preview_before, before, preview, truth),
-          flicker(single_before, before, *single, truth), 0.3);
+      add("flicker", view, preview_flicker(preview_before, before, preview, truth),
+          preview_flicker(single_before, before, *single, truth), 0.3);
     } else {
       const auto ours = relmse(preview, truth), theirs = relmse(*single, truth);
       if (ours && theirs) {

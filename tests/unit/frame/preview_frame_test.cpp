@@ -281,7 +281,7 @@ TEST_F(PreviewFrame, MemoryIsTakenOnlyWhileTheyAreAskedFor) {
   loop.update(update);
   EXPECT_TRUE(loop.previews_suit(*update.settings));
   EXPECT_EQ(loop.memory_bytes(), without + PreviewHistory(kWidth, kHeight).bytes());
-  EXPECT_LE(PreviewHistory::bytes_per_pixel(), 60u);
+  EXPECT_LE(PreviewHistory::bytes_per_pixel(), 64u);
   update.settings->preview.rate = 0;
   loop.update(update);
   EXPECT_EQ(loop.memory_bytes(), without);

@@ -171,5 +171,50 @@ TEST(NeymanAllocation, LaterRoundsOnlyScale) {
   EXPECT_NEAR(test::mean_target(film, 0, film.bounds()), 512, 6);
 }
 
+// The gaze is a factor of the counts, with noise and without.
+TEST(NeymanAllocation, CountsFollowTheGaze) {
+  constexpr int kSide = 8 * kFilmBlock;
+  for (const bool by_noise : {true, false}) {
+    Film film(kSide, kSide, {.targets = true});
+    for (int h = 0; h < kHalves; ++h) {
+      for (int y = 0; y < kSide; ++y) {
+        for (int x = 0; x < kSide; ++x) {
+          for (int i = 0; i < kPilot; ++i) film.half(h, x, y).add(Rgb(i % 2 ? 1.5f : 0.5f));
+        }
+      }
+    }
+    AllocationSettings settings;
+    settings.min_samples = by_noise ? 2 * kPilot : 2;
+    settings.by_noise = by_noise;
+    settings.density.emplace(Gaze{0, 0}, kSide, 2.0);
+    AllocationRequest request;
+    request.mean = 64;
+    test::allocate_round(film, settings, request);
+    const double seen = test::mean_target(film, 0, {0, 0, 8, 8});
+    const double mean = settings.density->mean_over(film.bounds());
+    EXPECT_NEAR(seen, 64 / mean, 0.35 * 64 / mean) << by_noise;
+    EXPECT_NEAR(test::mean_target(film, 0, film.bounds()), 64, 4) << by_noise;
+    const PixelRect far{kSide - 16, kSide - 16, kSide, kSide};
+    const double there = double(settings.density->at(float(far.x0 + 8), float(far.y0 + 8)));
+    EXPECT_NEAR(test::mean_target(film, 1, far), std::max(seen * there, by_noise ? 8.0 : 1.0), 0.35 * seen * there + 1)
+        << by_noise;
+    // The gaze moves: the same mean lies elsewhere, and nothing of the pilot is asked for again.
+    settings.density.emplace(Gaze{double(kSide), double(kSide)}, kSide, 2.0);
+    test::allocate_round(film, settings, request);
+    EXPECT_NEAR(test::mean_target(film, 0, {kSide - 8, kSide - 8, kSide, kSide}), seen, 0.2 * seen) << by_noise;
+  }
+}
+
+TEST(NeymanAllocation, WithoutAGazeAndWithoutNoiseCountsAreOneNumber) {
+  Film film = pilot(constant(0.5f), constant(3));
+  AllocationSettings settings;
+  settings.min_samples = 2;
+  settings.by_noise = false;
+  AllocationRequest request;
+  request.mean = 100;
+  test::allocate_round(film, settings, request);
+  for (int x = 0; x < kWidth; ++x) EXPECT_EQ(film.targets()->target(0, x, 3), 100u);
+}
+
 }  // namespace
 }  // namespace helio

@@ -32,6 +32,7 @@ SessionRecord some_record() {
   View view;
   view.id = (1ull << 62) + 1;
   view.exposure = -1.5;
+  view.gaze = Gaze{12.5, -3};
   const auto pose = look_at({1, 2.0 / 3, -7.1}, {0.3, 1e-9, 4}, {0, 1, 0}, 0.7);
   view.camera = *pose;
   view.camera.lens_radius = 0.1;
@@ -57,6 +58,7 @@ TEST(SessionRecord, ComesBackAsItWas) {
   ASSERT_TRUE(read->view);
   EXPECT_EQ(read->view->id, record.view->id);
   EXPECT_EQ(read->view->exposure, record.view->exposure);
+  EXPECT_TRUE(read->view->gaze == record.view->gaze);
   EXPECT_EQ(read->view->camera, record.view->camera);
   EXPECT_TRUE(std::signbit(read->view->camera.position.z));
   SessionRecord bare = record;
