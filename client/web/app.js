@@ -11,6 +11,7 @@ import { ConvergencePlot } from './panels/convergence_plot.js';
 import { button, coarse, find, make, short } from './dom.js';
 import { Inspector } from './panels/inspector.js';
 import { Link, LinkPanel } from './panels/link_panel.js';
+import { Gaze } from './gaze.js';
 import { listenToKeys } from './keys.js';
 import { OpenPanel } from './panels/open_panel.js';
 import { drawOverlay } from './picture/overlay.js';
@@ -65,6 +66,7 @@ class App {
 
   constructor() {
     this.look = newLook();
+    this.gaze = new Gaze(this);
     this.camera = new Camera();
     this.counters = { views: 0, whole: 0, previews: 0, previewTiles: 0, filmTiles: 0 };
     this.viewports = [];
@@ -74,6 +76,8 @@ class App {
       max_segments: 0,
       preview_rate: 20,
       preview_budget_ms: 0,
+      preview_upscaling: 0,
+      foveation: 0,
       region: null,
       size: 'window',
     };
@@ -393,6 +397,8 @@ class App {
         : {};
     const { layer, more, ...own } = viewport.own;
     const settings = { ...rest, ...own, ...readFields(this.connection.codec, more), width, height, ...box };
+    settings.preview_upscaling = Boolean(rest.preview_upscaling);
+    this.gaze.refresh(width, height);
     if (viewport !== this.leader) settings.preview_rate = 0;
     this.#wantedOf.set(settings, { wanted: { ...this.wanted }, own: { ...viewport.own } });
     return settings;
@@ -962,6 +968,8 @@ class App {
       max_segments: wanted.max_segments || '',
       preview_rate: wanted.preview_rate,
       preview_budget_ms: wanted.preview_budget_ms || '',
+      preview_upscaling: wanted.preview_upscaling || '',
+      foveation: wanted.foveation || '',
       region: wanted.region?.join(','),
       samples: budget.samples,
       time_s: budget.time_s || '',

@@ -25,7 +25,18 @@ export const LAYERS = [
   ['display', 'Filtered'],
   ['oidn', 'Open Image Denoise'],
 ];
-const SHARED = ['width', 'height', 'region', 'mode', 'integrator', 'variant', 'preview_rate', 'preview_budget_ms'];
+const SHARED = [
+  'width',
+  'height',
+  'region',
+  'mode',
+  'integrator',
+  'variant',
+  'preview_rate',
+  'preview_budget_ms',
+  'preview_upscaling',
+  'foveation',
+];
 const FRACTIONS = [1, 2]; // types of a field, by their numbers in descriptor.proto: double, float
 
 // The values of an enum that the daemon has: [[number, name], ...].

@@ -39,6 +39,8 @@ export function exposeForTests(app) {
         renderer: picture.renderer,
         planes: picture.film?.names(picture.revision) ?? [],
         pinned: picture.reference !== null,
+        gaze: app.gaze.at,
+        gazePinned: app.gaze.pinned,
         frame: app.frame,
         sessions: app.viewports.length,
         name,

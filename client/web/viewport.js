@@ -273,6 +273,7 @@ export class Viewport {
   sendView(inputTime) {
     this.setMoving();
     if (!this.session.wanted && !document.hidden && this.app.resume(this)) return;
+    this.session.gaze = this.app.gaze.at;
     const id = this.session.setView(this.app.cameraMessage(), this.app.look.exposure);
     if (id) this.meter.sent(id, inputTime);
   }

@@ -36,6 +36,7 @@ from .settings import (
     Size,
     make_format,
     make_settings,
+    read_gaze,
     read_stops,
     read_timeout,
 )
@@ -127,6 +128,7 @@ class SessionCore:
         self.settings = plan.request.settings
         self.budget = plan.request.budget
         self.exposure = plan.exposure
+        self.gaze: tuple[float, float] | None = None
         self.feed = FrameFeed()
         self.buffer = FrameBuffer()
         self.buffer.resize(plan.buffer)
@@ -187,8 +189,13 @@ class SessionCore:
         with self.lock:
             self._view += 1
             self.buffer.forget_before(self._view)
-            view = types.View(id=self._view, camera=self.camera.view, exposure=self.exposure)
-            self._put(stream.StreamRequest(view=view))
+            self._put(stream.StreamRequest(view=self._newest_view()))
+
+    def _newest_view(self) -> types.View:
+        view = types.View(id=self._view, camera=self.camera.view, exposure=self.exposure)
+        if self.gaze is not None:
+            view.gaze.x, view.gaze.y = self.gaze
+        return view
 
     def _put(self, request: stream.StreamRequest) -> None:
         with self.lock:
@@ -216,6 +223,17 @@ class SessionCore:
             self.check()
             self.exposure = number
             self.send_view()
+
+    def set_gaze(self, gaze: tuple[float, float] | None) -> None:
+        point = read_gaze(gaze)
+        self.check_process()
+        with self.lock:
+            self.check()
+            self.gaze = point
+            move = stream.StreamRequest.MoveGaze()
+            if point is not None:
+                move.gaze.x, move.gaze.y = point
+            self._put(stream.StreamRequest(gaze=move))
 
     def set_settings(self, size: Size | None, values: Mapping[str, Any]) -> None:
         """Changes what is named; the rest stays."""
@@ -351,8 +369,7 @@ class SessionCore:
             self._put(stream.StreamRequest(scene=stream.StreamRequest.SwitchScene(scene_id=self.scene.id)))
         self._put(stream.StreamRequest(settings=self.settings))
         self._put(stream.StreamRequest(budget=self.budget))
-        view = types.View(id=self._view, camera=self.camera.view, exposure=self.exposure)
-        self._put(stream.StreamRequest(view=view))
+        self._put(stream.StreamRequest(view=self._newest_view()))
 
     def finish(self, error: HeliographError | None) -> None:
         """The stream is over, by an error or well."""
@@ -482,6 +499,17 @@ class SessionMethods:
     @exposure.setter
     def exposure(self, stops: float) -> None:
         self._core.set_exposure(stops)
+
+    @property
+    def gaze(self) -> tuple[float, float] | None:
+        """Where somebody looks, (x, y) in pixels from the picture's upper left corner, [-1e6, 1e6]; None: nowhere in
+        particular. With foveation="density" samples go there. It may be set as often as it moves: no other picture
+        begins, what there is stays, and a picture that is done gets more samples there."""
+        return self._core.gaze
+
+    @gaze.setter
+    def gaze(self, point: tuple[float, float] | None) -> None:
+        self._core.set_gaze(point)
 
     @property
     def settings(self) -> types.RenderSettings:

@@ -76,6 +76,9 @@ class Settings(TypedDict, total=False):
     device: str  # what traces the paths: "cpu" (default), "vulkan", "vulkan:N"; of mode "pt" with integrator "path"
     preview_rate: float  # previews a second while the camera moves, [0, 120]; sessions only
     preview_budget_ms: float  # wall time of a preview, [5, 1000]
+    preview_upscaling: bool  # previews trace surfaces in a quarter of the pixels, and along edges
+    foveation: Literal["none", "density"]  # "none" (default), "density": samples go where session.gaze is; sessions only
+    viewing_distance: float  # of the eye from the picture, in heights of the picture, [0.25, 20]
 
 
 Channel = Literal["alpha", "depth", "normal", "albedo", "history", "density", "display"]
@@ -178,6 +181,19 @@ def read_stops(exposure: Any, automatic: bool = False) -> float:
     if not -64 <= stops <= 64:
         raise invalid("exposure", exposure, "[-64, 64] stops" + (", or None" if automatic else ""))
     return stops
+
+
+def read_gaze(gaze: Any) -> tuple[float, float] | None:
+    """InvalidArgument: neither None nor two numbers in [-1e6, 1e6]."""
+    if gaze is None:
+        return None
+    try:
+        x, y = (float("nan") if isinstance(value, (bool, str)) else float(value) for value in gaze)
+    except (TypeError, ValueError):
+        x = y = float("nan")
+    if not (-1e6 <= x <= 1e6 and -1e6 <= y <= 1e6):
+        raise invalid("gaze", gaze, "(x, y) in pixels, each in [-1e6, 1e6], or None")
+    return x, y
 
 
 def read_number(name: str, value: Any) -> float:

@@ -69,6 +69,27 @@ export class RenderPanel {
     this.rate = number('preview-rate', wanted.preview_rate, change('preview_rate'), { min: 0, max: 120, step: 1 });
     this.previewBudget = number('preview-budget', '', change('preview_budget_ms'), { min: 5, max: 1000, step: 5 });
     this.previewBudget.placeholder = '45';
+    const { FOVEATION_DENSITY } = codec.enum('Foveation');
+    this.foveation = select(
+      'foveation',
+      [
+        ['0', 'Off'],
+        [String(FOVEATION_DENSITY), 'Where the pointer is'],
+      ],
+      '',
+      change('foveation'),
+    );
+    this.foveation.title = 'Samples go where you look: the pointer, or the point that L pins';
+    this.upscaling = select(
+      'preview-upscaling',
+      [
+        ['0', 'Every pixel'],
+        ['1', 'A quarter, and edges'],
+      ],
+      '',
+      change('preview_upscaling'),
+    );
+    this.upscaling.title = 'Where previews trace surfaces';
     this.region = button('tool-region', 'Region', () => app.useTool('region'), {
       title: 'Draw the box to be rendered (B)',
       'aria-pressed': 'false',
@@ -98,6 +119,8 @@ export class RenderPanel {
           field('Seed', 'seed', this.seed),
           field('Previews / s', 'preview-rate', this.rate),
           field('Preview, ms', 'preview-budget', this.previewBudget),
+          field('Preview rays', 'preview-upscaling', this.upscaling),
+          field('Foveation', 'foveation', this.foveation),
         ),
       ),
       this.notes,
@@ -118,6 +141,8 @@ export class RenderPanel {
     this.segments.placeholder = String(this.app.main?.settings?.max_segments ?? 10);
     this.rate.value = wanted.preview_rate;
     this.previewBudget.value = wanted.preview_budget_ms || '';
+    this.foveation.value = String(wanted.foveation);
+    this.upscaling.value = String(wanted.preview_upscaling);
     this.size.value = SIZES.some(([value]) => value === wanted.size) ? wanted.size : 'custom';
     this.customRow.hidden = this.size.value !== 'custom';
     if (!this.customRow.hidden && /\d/.test(wanted.size)) this.custom.value = wanted.size;

@@ -14,6 +14,7 @@ export function drawOverlay(app, viewport) {
     viewport.box ||
     viewport.settings?.region ||
     viewport.mark ||
+    app.gaze.pinned ||
     app.inspector?.mark ||
     app.comparing(viewport) !== Compare.NONE;
   if (!marked && !viewport.marked) return;
@@ -44,6 +45,13 @@ export function drawOverlay(app, viewport) {
     g.setLineDash([5 * ratio, 4 * ratio]);
     g.strokeRect(x(x0) + 0.5, y(y0) + 0.5, (x1 - x0) * zoom, (y1 - y0) * zoom);
     g.setLineDash([]);
+  }
+  if (app.gaze.pinned && app.gaze.at) {
+    g.strokeStyle = '#f0b860';
+    g.lineWidth = 1.5 * ratio;
+    g.beginPath();
+    g.arc(x(app.gaze.at.x), y(app.gaze.at.y), 7 * ratio, 0, 7);
+    g.stroke();
   }
   if (app.comparing(viewport) === Compare.SPLIT) {
     const at = x(app.look.split * picture.width),

@@ -54,6 +54,7 @@ export class Session {
     this.format = {};
     this.view = null; // CameraView
     this.exposure = 0;
+    this.gaze = null; // { x, y }: of the views that are sent; null: none
     this.viewId = 0;
     this.wanted = false; // a stream is wanted: not paused, not hidden
     this.attached = false;
@@ -71,10 +72,21 @@ export class Session {
       if (this.wanted && !this.#timer) this.#run(); // a refusal had ended it
       return 0;
     }
-    this.#stream.send({ view: { id: ++this.viewId, camera, exposure } });
+    this.#sendView(camera, exposure);
     this.#views.set(this.viewId, camera);
     if (this.#views.size > VIEWS) this.#views.delete(this.#views.keys().next().value);
     return this.viewId;
+  }
+
+  #sendView(camera, exposure) {
+    const gaze = this.gaze ? { gaze: this.gaze } : {};
+    this.#stream.send({ view: { id: ++this.viewId, camera, exposure, ...gaze } });
+  }
+
+  // Of the newest view, without another picture.
+  moveGaze(gaze) {
+    this.gaze = gaze;
+    if (this.attached && this.viewId) this.#stream.send({ gaze: gaze ? { gaze } : {} });
   }
 
   // The CameraView that was sent with this number; undefined: none that is known.
@@ -244,7 +256,7 @@ export class Session {
       const { view, exposure } = this,
         focus = view.focus_distance || 1;
       const camera = { ...view, focus_distance: focus * (focus > 1 ? 1 - 1e-6 : 1 + 1e-6) }; // within its range
-      this.#stream.send({ view: { id: ++this.viewId, camera, exposure } });
+      this.#sendView(camera, exposure);
       this.#views.set(this.viewId, view);
     }
     this.setView(this.view, this.exposure);
