@@ -287,7 +287,7 @@ TEST_F(LoadTest, ManySessionsAndBadClientsLeaveNothingBehind) {
   {
     Work work;
     BadDeeds deeds;
-    live({size.sessions, size.bad_clients, by_tier(3.0, 30.0)}, scene, work, deeds);  // what is made once is made
+    live({size.sessions, size.bad_clients, by_tier(3.0, 120.0)}, scene, work, deeds);  // what is made once is made
     expect_nobody(memory);
   }
   const std::uint64_t resident = resident_after_trim();
