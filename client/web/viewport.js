@@ -326,7 +326,7 @@ export class Viewport {
   #namesOf({ tag, settings }) {
     const view = this.session.viewOf(tag.view_id);
     if (!view) return { samples: '', picture: '' };
-    const { preview_rate, preview_budget_ms, region, ...rest } = settings;
+    const { preview_rate, preview_budget_ms, preview_upscaling, region, ...rest } = settings;
     const shown = [view, this.app.scenes.current?.scene_id];
     const { seed, ...others } = rest;
     return {
