@@ -30,8 +30,9 @@ class Writer {
   template <class T>
   void number(const T& value) {
     static_assert(std::is_arithmetic_v<T>);
-    const auto* from = reinterpret_cast<const std::uint8_t*>(&value);
-    bytes_.insert(bytes_.end(), from, from + sizeof value);
+    const std::size_t at = bytes_.size();
+    bytes_.resize(at + sizeof value);
+    std::memcpy(bytes_.data() + at, &value, sizeof value);
   }
   template <class T, class Each>
   void list(const std::vector<T>& values, std::size_t, const Each& each) {
