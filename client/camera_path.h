@@ -15,8 +15,8 @@
 //   lens          "fov_degrees": A         vertical, [0.1, 179]
 //                 "lens_radius": L         [0, 1e12], 0: pinhole
 //                 "focus_distance": L      [1e-12, 1e12]
-//   gaze          "gaze": [x, y]           where somebody looks, pixels from the picture's upper left corner, [-1e6, 1e6];
-//                                          null: nowhere in particular
+//   gaze          "gaze": [x, y]           where somebody looks, pixels from the picture's upper left corner,
+//                                          [-1e6, 1e6]; null: nowhere in particular
 //   budget        "samples": N, "time_s": T, "error": E   for this view, instead of the command's budget
 //   again         "repeat": N              plays the view N times, [1, 100000]; a motion goes on each time
 //

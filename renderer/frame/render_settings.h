@@ -82,7 +82,8 @@ struct PreviewSettings {
 // What a gaze (View::gaze) changes; without one, nothing.
 enum class Foveation {
   none,
-  density,  // counts of the film and what previews look at fall with the distance from it (base/gaze_density.h); unbiased
+  // Counts of the film, unbiased, and what previews look at fall with the distance from it (base/gaze_density.h).
+  density,
 };
 const char* to_string(Foveation foveation);
 struct FoveationSettings {

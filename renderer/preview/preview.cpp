@@ -67,8 +67,8 @@ void Preview::find_surfaces(const PixelRect& window, TraceStats& stats) {
   const bool textured = surface_camera_.pinhole();
   const SurfacePass surfaces(*target_.scene, surface_camera_, *history_->surface_colors, textured, *history_);
   if (target_.density || target_.upscaling) {
-    const SparseSurfaces sparse(surfaces, view_, before_, {target_.density ? &*target_.density : nullptr, target_.upscaling},
-                                *history_);
+    const SparseSurfaces::Spacing spacing{target_.density ? &*target_.density : nullptr, target_.upscaling};
+    const SparseSurfaces sparse(surfaces, view_, before_, spacing, *history_);
     stats.rays += sparse.run(window);
     return;
   }

@@ -304,9 +304,9 @@ std::uint64_t SparseSurfaces::run(const PixelRect& window) const {
   trace(w);
 
   for (int y = window.y0; y < window.y1; ++y) {
-    const std::size_t from = w.index(window.x0, y), to = history_.index(window.x0, y);
-    std::copy_n(w.surfaces.begin() + std::ptrdiff_t(from), window.width(), history_.current.pixels.begin() + std::ptrdiff_t(to));
-    std::copy_n(w.colors.begin() + std::ptrdiff_t(from), window.width(), history_.colors.begin() + std::ptrdiff_t(to));
+    const auto from = std::ptrdiff_t(w.index(window.x0, y)), to = std::ptrdiff_t(history_.index(window.x0, y));
+    std::copy_n(w.surfaces.begin() + from, window.width(), history_.current.pixels.begin() + to);
+    std::copy_n(w.colors.begin() + from, window.width(), history_.colors.begin() + to);
   }
   return w.rays;
 }

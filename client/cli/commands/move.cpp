@@ -135,7 +135,8 @@ std::optional<pb::Gaze> read_gaze(const MoveOptions& options, OptionReader& read
   const auto kind = reader.choice(options.foveation, {"none", "density"});
   const bool foveated = kind == "density";
   if (foveated) settings.set_foveation(pb::FOVEATION_DENSITY);
-  if (const auto distance = reader.number(options.viewing_distance, {0.25, 20})) settings.set_viewing_distance(*distance);
+  const auto distance = reader.number(options.viewing_distance, {0.25, 20});
+  if (distance) settings.set_viewing_distance(*distance);
   const auto point = reader.pair(options.gaze, {-kMostGazePixels, kMostGazePixels});
   for (const TextOption* option : {&options.viewing_distance, &options.gaze})
     if (option->given() && !foveated) reader.problem(*option, "is only valid with --foveation density");

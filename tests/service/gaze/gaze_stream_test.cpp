@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "renderer/codec/tile_codec.h"
-#include "service_fixture.h"
+#include "../service_fixture.h"
 
 namespace helio::test {
 namespace {
