@@ -44,7 +44,8 @@ constexpr Use kConnecting{"integrator lvc or vcm", [](auto& s) {
                             return caches_light_vertices(s.integrator) && s.integrator != Integrator::photon;
                           }};
 constexpr Use kMerging{"integrator vcm or photon", [](auto& s) { return merges(s.integrator); }};
-constexpr Use kFoveated{"foveation density", [](auto& s) { return s.foveation.kind != Foveation::none; }};
+constexpr Use kFoveated{"foveation density", [](auto& s) { return s.foveation.kind == Foveation::density; }};
+constexpr Use kPublished{"foveation paper", [](auto& s) { return s.foveation.kind == Foveation::paper; }};
 constexpr Use kScaled{"filter tent or gaussian", [](auto& s) { return s.filter.kind != PixelFilterKind::box; }};
 
 // Of a path with several rows one at most counts.
@@ -65,7 +66,8 @@ constexpr SettingField<Settings> kSettingsFields[] = {
     {"preview_budget_ms", {5, 1000}, [](auto& s) -> Number { return 1e3 * s.preview.budget_s; }},
     {"preview_upscaling", {}, nullptr},
     {"foveation", {}, nullptr},
-    {"viewing_distance", {0.25, 20}, [](auto& s) -> Number { return s.foveation.viewing_distance; }, kFoveated}};
+    {"viewing_distance", {0.25, 20}, [](auto& s) -> Number { return s.foveation.viewing_distance; }, kFoveated},
+    {"foveation_paper.disk", {0.01, 1}, [](auto& s) -> Number { return s.foveation.published.disk; }, kPublished}};
 
 constexpr SettingField<Budget> kBudgetFields[] = {
     {"time_s", kPositiveNumber, [](auto& b) { return b.time_s; }},
@@ -196,6 +198,8 @@ const char* to_string(Foveation foveation) {
       return "none";
     case Foveation::density:
       return "density";
+    case Foveation::paper:
+      return "paper";
   }
   return "unknown";
 }

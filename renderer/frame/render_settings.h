@@ -11,6 +11,7 @@
 #include "renderer/base/math.h"
 #include "renderer/base/number_range.h"
 #include "renderer/base/pixel_filter.h"
+#include "renderer/base/published_foveation.h"
 #include "renderer/base/result.h"
 #include "renderer/frame/render_device.h"
 #include "renderer/trace/camera/camera.h"
@@ -84,11 +85,14 @@ enum class Foveation {
   none,
   // Counts of the film, unbiased, and what previews look at fall with the distance from it (base/gaze_density.h).
   density,
+  // Previews are as published (preview/paper/paper_preview.h); films are as with none.
+  paper,
 };
 const char* to_string(Foveation foveation);
 struct FoveationSettings {
   Foveation kind = Foveation::none;
-  double viewing_distance = 2;  // of the eye from the picture, in heights of it, [0.25, 20]
+  double viewing_distance = 2;  // of density: of the eye from the picture, in heights of it, [0.25, 20]
+  PublishedFoveation published;  // of paper
 
   bool operator==(const FoveationSettings&) const = default;
 };
@@ -129,6 +133,7 @@ inline bool counts_differ(const RenderSettings& settings) {
 // Whether films of both are of the same pictures: all is equal but previews.
 inline bool same_pictures(RenderSettings a, const RenderSettings& b) {
   a.preview = b.preview;
+  if (a.foveation.kind != Foveation::density && b.foveation.kind != Foveation::density) a.foveation = b.foveation;
   return a == b;
 }
 

@@ -31,7 +31,8 @@ constexpr std::pair<PixelFilterKind, pb::PixelFilter> kFilters[] = {
     {PixelFilterKind::gaussian, pb::PIXEL_FILTER_GAUSSIAN}};
 
 constexpr std::pair<Foveation, pb::Foveation> kFoveations[] = {{Foveation::none, pb::FOVEATION_NONE},
-                                                               {Foveation::density, pb::FOVEATION_DENSITY}};
+                                                               {Foveation::density, pb::FOVEATION_DENSITY},
+                                                               {Foveation::paper, pb::FOVEATION_PAPER}};
 
 template <class Value, class Message, std::size_t n>
 Value value_of(const std::pair<Value, Message> (&pairs)[n], Message message) {
@@ -74,6 +75,26 @@ ReprojectionSettings read_reprojection(const pb::ReprojectionSettings& message, 
   if (message.stored_hits() != 0) reprojection.stored_hits = saturated(message.stored_hits());
   if (message.max_error() != 0) reprojection.max_error = message.max_error();
   return reprojection;
+}
+
+PublishedFoveation read_published_foveation(const pb::FoveationPaperSettings& message) {
+  PublishedFoveation published;
+  if (message.disk() != 0) published.disk = message.disk();
+  published.antialiasing = !message.without_antialiasing();
+  published.reject_history = message.reject_history();
+  published.fixed_disk = message.fixed_disk();
+  published.mean_rate = message.mean_rate();
+  published.surface_motion = message.surface_motion();
+  return published;
+}
+
+void write_published_foveation(const PublishedFoveation& published, pb::FoveationPaperSettings& message) {
+  message.set_disk(published.disk);
+  message.set_without_antialiasing(!published.antialiasing);
+  message.set_reject_history(published.reject_history);
+  message.set_fixed_disk(published.fixed_disk);
+  message.set_mean_rate(published.mean_rate);
+  message.set_surface_motion(published.surface_motion);
 }
 
 }  // namespace
@@ -146,8 +167,10 @@ RenderSettings read_settings(const pb::RenderSettings& message, const RenderLimi
   settings.foveation.kind =
       value_of(kFoveations, read_enum(*pb::Foveation_descriptor(), message.foveation(), pb::FOVEATION_NONE,
                                       field_path(where, "foveation"), problems));
-  if (message.viewing_distance() != 0 && settings.foveation.kind != Foveation::none)
+  if (message.viewing_distance() != 0 && settings.foveation.kind == Foveation::density)
     settings.foveation.viewing_distance = message.viewing_distance();
+  if (settings.foveation.kind == Foveation::paper)
+    settings.foveation.published = read_published_foveation(message.foveation_paper());
   if (!message.device().empty()) {
     if (const auto device = parse_render_device(message.device())) {
       settings.device = *device;
@@ -250,8 +273,10 @@ pb::RenderSettings to_message(const RenderSettings& settings) {
   if (settings.preview.rate > 0) message.set_preview_budget_ms(1e3 * settings.preview.budget_s);
   if (settings.preview.rate > 0) message.set_preview_upscaling(settings.preview.upscaling);
   message.set_foveation(message_of(kFoveations, settings.foveation.kind));
-  if (settings.foveation.kind != Foveation::none)
+  if (settings.foveation.kind == Foveation::density)
     message.set_viewing_distance(settings.foveation.viewing_distance);
+  if (settings.foveation.kind == Foveation::paper)
+    write_published_foveation(settings.foveation.published, *message.mutable_foveation_paper());
   return message;
 }
 

@@ -269,9 +269,10 @@ std::uint64_t settings_digest(const RenderSettings& settings) {
   add(rendered.x0, rendered.y0, rendered.x1, rendered.y1);
   const auto& [device_kind, device_index] = device;
   add(device_kind, device_index);
-  const auto& [foveation_kind, viewing_distance] = foveation;
-  add(foveation_kind, foveation_kind == Foveation::none ? 0 : viewing_distance);
-  static_cast<void>(region), static_cast<void>(preview);
+  const auto& [foveation_kind, viewing_distance, published] = foveation;
+  const bool foveated = foveation_kind == Foveation::density;
+  add(foveated ? foveation_kind : Foveation::none, foveated ? viewing_distance : 0);
+  static_cast<void>(region), static_cast<void>(preview), static_cast<void>(published);
   return hash64(digest);
 }
 
