@@ -453,6 +453,7 @@ class App {
     find('tiles').append(viewport.stage);
     this.viewports.push(viewport);
     viewport.colour = COLOURS.find((colour) => !this.viewports.some((each) => each.colour === colour));
+    this.gaze.listen(viewport);
     listenToCamera(this, viewport);
     viewport.listeners.add((what) => this.#heard(viewport, what));
     return viewport;

@@ -24,6 +24,15 @@ export class Gaze {
     return this.on ? this.#at : null;
   }
 
+  // Follows the pointer over a picture.
+  listen(viewport) {
+    const { overlay } = viewport;
+    overlay.addEventListener('pointermove', (event) => {
+      const box = overlay.getBoundingClientRect();
+      this.lookAt(viewport, event.clientX - box.left, event.clientY - box.top);
+    });
+  }
+
   // The pointer is there, CSS pixels of the stage. Beside the picture the last point stays.
   lookAt(viewport, x, y) {
     if (!this.on || this.pinned) return;

@@ -56,7 +56,6 @@ export function listenToCamera(app, viewport) {
 
   target.addEventListener('pointermove', (event) => {
     const now = point(event);
-    app.gaze.lookAt(viewport, ...now);
     if (!drag || !pointers.has(event.pointerId)) {
       app.hover(viewport, ...now);
       return;
