@@ -68,7 +68,7 @@ class App {
     this.look = newLook();
     this.gaze = new Gaze(this);
     this.camera = new Camera();
-    this.counters = { views: 0, whole: 0, previews: 0, previewTiles: 0, filmTiles: 0 };
+    this.counters = { views: 0, whole: 0, previews: 0, previewTiles: 0, filmTiles: 0, gazes: 0 };
     this.viewports = [];
     this.leader = null; // alone has previews, which all show: the first viewport when the camera last moved
     this.wanted = {
@@ -349,6 +349,7 @@ class App {
 
   #startSession(viewport, runs) {
     const { session } = viewport;
+    this.gaze.refresh(...this.#size());
     viewport.told.clear();
     session.settings = this.#settings(viewport);
     session.budget = this.#budget();
@@ -398,7 +399,6 @@ class App {
     const { layer, more, ...own } = viewport.own;
     const settings = { ...rest, ...own, ...readFields(this.connection.codec, more), width, height, ...box };
     settings.preview_upscaling = Boolean(rest.preview_upscaling);
-    this.gaze.refresh(width, height);
     if (viewport !== this.leader) settings.preview_rate = 0;
     this.#wantedOf.set(settings, { wanted: { ...this.wanted }, own: { ...viewport.own } });
     return settings;
@@ -421,6 +421,7 @@ class App {
   }
 
   #sendSettings() {
+    this.gaze.refresh(...this.#size()); // before the film that is to have it
     for (const viewport of this.viewports) viewport.session.setSettings(this.#settings(viewport));
   }
 
@@ -550,6 +551,7 @@ class App {
     this.#showSessions();
     if (viewport !== this.main) return;
     Object.assign(this.wanted, before?.wanted);
+    this.gaze.refresh(...this.#size());
     const { samples = 0, time_s = 0, error = 0 } = budget;
     this.budget = { samples, time_s, error };
     this.panels.render.refresh();
@@ -778,10 +780,18 @@ class App {
     if (!this.inspector) return;
     this.inspector.hover(viewport, x, y, chosen);
     if (chosen) this.#keepInSight();
+    if (chosen && this.inspector.at) this.gaze.lookAt(...this.inspected);
     for (const each of this.viewports) this.drawOverlay(each);
     if (chosen) announce(this.inspector.sentence());
     clearTimeout(this.#hoverTimer);
     this.#hoverTimer = setTimeout(() => this.#inspects(viewport), INSPECT_MS);
+  }
+
+  // The gaze is pinned, or no longer.
+  gazePinned() {
+    this.panels.render.refresh();
+    for (const viewport of this.viewports) this.drawOverlay(viewport);
+    this.#status();
   }
 
   // Moves the enlarged picture so far that the inspected pixel is on the stage.

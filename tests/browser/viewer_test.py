@@ -138,42 +138,6 @@ class ViewerTest(ViewerCase):
         self.page.wait("!document.getElementById('inspector').hidden")
         self.assertEqual(self.position(), moved, "a tap moves nothing")
 
-    def test_samples_go_where_the_pointer_is(self):
-        self.open(mode=1, seed=7, samples=64, size="160x120", preview_rate=0, foveation=2)
-        self.page.wait_for_end()
-        state = self.page.state()
-        self.assertEqual(state["gaze"], {"x": 80, "y": 60}, "the middle, where nobody has pointed yet")
-        revision = state["revision"]
-        samples = "heliograph.app.main.picture.film.at('samples', {}, 60)"
-        corner = self.page.run("return " + samples.format(8))
-        self.assertLess(corner, self.page.run("return " + samples.format(80)))
-
-        def point_at(u):
-            box = self.page.run("const v = heliograph.app.main, r = v.canvas.getBoundingClientRect(),"
-                                "at = v.stageAt(arguments[0], 60); return [r.left + at[0], r.top + at[1]]", u)
-            self.page.driver.execute_cdp_cmd("Input.dispatchMouseEvent", {"type": "mouseMoved", "x": box[0], "y": box[1]})
-
-        point_at(8)
-        self.page.wait(f"{samples.format(8)} > {2 * corner}")
-        state = self.page.state()
-        self.assertLess(abs(state["gaze"]["x"] - 8), 2)
-        self.assertEqual(state["revision"], revision)
-        self.canvas().send_keys("l")
-        self.page.wait("heliograph.state().gazePinned")
-        self.page.screenshot("pinned-gaze")
-        point_at(100)
-        self.page.wait_for_frames(3)
-        self.assertLess(abs(self.page.state()["gaze"]["x"] - 8), 2, "a pinned gaze moved")
-        self.canvas().send_keys("l")
-        point_at(101)
-        self.page.wait("heliograph.state().gaze.x > 90")
-        self.canvas().send_keys("\ue014")  # arrow right: the view takes the gaze along
-        self.page.wait_for_end()
-        self.page.wait(f"{samples.format(101)} > {2 * corner}")
-        self.page.run("heliograph.app.setSettings({ foveation: 0 })")
-        self.assertIsNone(self.page.state()["gaze"])
-        self.assertEqual(self.page.errors(), [])
-
     # ---- compare, edit ----------------------------------------------------------------------------------------------
 
     def test_edits_a_material(self):

@@ -70,16 +70,21 @@ export class RenderPanel {
     this.previewBudget = number('preview-budget', '', change('preview_budget_ms'), { min: 5, max: 1000, step: 5 });
     this.previewBudget.placeholder = '45';
     const { FOVEATION_DENSITY } = codec.enum('Foveation');
+    this.density = String(FOVEATION_DENSITY);
     this.foveation = select(
       'foveation',
       [
         ['0', 'Off'],
-        [String(FOVEATION_DENSITY), 'Where the pointer is'],
+        [this.density, 'Where the pointer is'],
       ],
       '',
       change('foveation'),
     );
-    this.foveation.title = 'Samples go where you look: the pointer, or the point that L pins';
+    this.foveation.title = 'Samples go where you look: the pointer, the pixel that keys or a tap inspect, a pinned point';
+    this.pin = button('gaze-pin', 'Pin', () => app.gaze.pin(), {
+      'aria-label': 'Pin the gaze',
+      title: 'The gaze stays at its point (L)',
+    });
     this.upscaling = select(
       'preview-upscaling',
       [
@@ -120,7 +125,7 @@ export class RenderPanel {
           field('Previews / s', 'preview-rate', this.rate),
           field('Preview, ms', 'preview-budget', this.previewBudget),
           field('Preview rays', 'preview-upscaling', this.upscaling),
-          field('Foveation', 'foveation', this.foveation),
+          field('Foveation', 'foveation', this.foveation, this.pin),
         ),
       ),
       this.notes,
@@ -141,7 +146,10 @@ export class RenderPanel {
     this.segments.placeholder = String(this.app.main?.settings?.max_segments ?? 10);
     this.rate.value = wanted.preview_rate;
     this.previewBudget.value = wanted.preview_budget_ms || '';
-    this.foveation.value = String(wanted.foveation);
+    const { gaze } = this.app;
+    this.foveation.value = gaze.on ? this.density : '0';
+    this.pin.hidden = !gaze.on;
+    this.pin.setAttribute('aria-pressed', String(gaze.pinned));
     this.upscaling.value = String(wanted.preview_upscaling);
     this.size.value = SIZES.some(([value]) => value === wanted.size) ? wanted.size : 'custom';
     this.customRow.hidden = this.size.value !== 'custom';

@@ -32,6 +32,7 @@ export function statusLine(app) {
   else if (end) parts.push(ENDS[app.connection.codec.nameOf('EndReason', end.reason)] ?? 'done');
   else if (!progress) parts.push('rendering');
   const size = settings ? [`${settings.width} × ${settings.height}`] : [];
+  if (app.gaze.pinned) size.push('gaze pinned');
   if (!progress) return [...parts, ...size].join(' · ');
   const { error } = progress;
   if (error?.all_black) parts.push('all black so far');

@@ -46,11 +46,12 @@ export function drawOverlay(app, viewport) {
     g.strokeRect(x(x0) + 0.5, y(y0) + 0.5, (x1 - x0) * zoom, (y1 - y0) * zoom);
     g.setLineDash([]);
   }
-  if (app.gaze.pinned && app.gaze.at) {
+  if (app.gaze.pinned) {
+    const gaze = app.gaze.of(picture);
     g.strokeStyle = '#f0b860';
     g.lineWidth = 1.5 * ratio;
     g.beginPath();
-    g.arc(x(app.gaze.at.x), y(app.gaze.at.y), 7 * ratio, 0, 7);
+    g.arc(x(gaze.x), y(gaze.y), 7 * ratio, 0, 7);
     g.stroke();
   }
   if (app.comparing(viewport) === Compare.SPLIT) {

@@ -83,10 +83,13 @@ export class Session {
     this.#stream.send({ view: { id: ++this.viewId, camera, exposure, ...gaze } });
   }
 
-  // Of the newest view, without another picture.
+  // Of the newest view, without another picture. True: the daemon was told now; what it knows it is not told again.
   moveGaze(gaze) {
+    const known = gaze?.x === this.gaze?.x && gaze?.y === this.gaze?.y;
     this.gaze = gaze;
-    if (this.attached && this.viewId) this.#stream.send({ gaze: gaze ? { gaze } : {} });
+    if (known || !this.attached || !this.viewId) return false;
+    this.#stream.send({ gaze: gaze ? { gaze } : {} });
+    return true;
   }
 
   // The CameraView that was sent with this number; undefined: none that is known.
