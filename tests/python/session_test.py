@@ -332,28 +332,3 @@ def test_a_daemon_that_dies_is_told(program):
         os.killpg(client.daemon._process.pid, signal.SIGKILL)
         with pytest.raises(hg.Unavailable):
             session.wait(samples=10**9, timeout=30)
-
-
-def test_samples_go_where_the_gaze_is(box):
-    def samples_at(image, x):
-        return image.samples[28:36, x - 4 : x + 4].mean()
-
-    def wait_for_samples(x):
-        assert eventually(lambda: samples_at(session.wait(), x) >= 40)
-
-    with box.session(size=(96, 64), until=hg.Samples(2), foveation="density", viewing_distance=1.5) as session:
-        session.gaze = (16, 32)
-        assert session.gaze == (16, 32)
-        session.set(until=hg.Samples(64))
-        wait_for_samples(16)
-        assert samples_at(session.wait(), 88) < 16
-        session.gaze = (88, 32)
-        wait_for_samples(88)
-        assert samples_at(session.wait(), 16) >= 40
-        session.gaze = None
-        assert session.gaze is None
-        for bad in ("ab", (1,), (1, 2, 3), (1, float("nan")), (2e6, 0), 7):
-            with pytest.raises(hg.InvalidArgument, match=r"gaze: .*allowed: \(x, y\) in pixels"):
-                session.gaze = bad
-    with pytest.raises(hg.InvalidArgument, match="foveation"):
-        box.render(size=(8, 8), until=hg.Samples(1), foveation="density")

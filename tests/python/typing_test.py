@@ -52,9 +52,18 @@ with scene.session(adaptive={"min_samples": 8}) as s:
     s.set(integrator="pathh")  # error: Argument "integrator" to "set" of "SessionMethods" has incompatible type
     s.camera.with_lens(fow=3)  # error: Unexpected keyword argument "fow"
     reveal_type(s.show_in_tev())  # note: Revealed type is "heliograph.live_tev.LiveTev"
+    reveal_type(s.gaze)  # note: Revealed type is "Union[builtins.float, None]"
+    s.gaze = (3, 4.5)
+    s.gaze = None
+    s.gaze = 3  # error: Incompatible types in assignment (expression has type "int"
+scene.session(gaze=(3, 4.5), foveation="density")
+scene.session(gaze="3,4")  # error: Argument "gaze" to "session" of "Scene" has incompatible type
+c.session(scene, gaze=None, foveation="dense")  # error: Argument "foveation" to "session" of "ClientMethods" has
 
 async def work() -> None:
     async with await ahg.connect("127.0.0.1:1", ca="ca.pem") as a:
+        looking = await a.session("box.gltf", gaze=(3, 4.5))
+        looking.gaze = 3  # error: Incompatible types in assignment (expression has type "int"
         picture = await (await a.load("box.gltf")).render(until=ahg.Seconds(1))
         reveal_type(picture)  # note: Revealed type is "heliograph.image.Image"
         job = await a.enqueue("box.gltf", until=ahg.Samples(1))
@@ -102,7 +111,7 @@ def test_words_are_those_of_the_protocol():
     fields = types.RenderSettings.DESCRIPTOR.fields_by_name
     formats = types.TileFormat.DESCRIPTOR.fields_by_name
     hints = typing.get_type_hints(hg.Settings)
-    for name in ("mode", "integrator", "roulette", "filter", "variant"):
+    for name in ("mode", "integrator", "roulette", "filter", "variant", "foveation"):
         assert set(typing.get_args(hints[name])) == set(settings.choices(fields[name].enum_type)), name
     for words, field in (
         (settings.PixelType, "pixel_type"),

@@ -56,6 +56,7 @@ class SessionArguments(_Picture, total=False):
 
     until: Until | None
     exposure: float
+    gaze: tuple[float, float] | None
     buffer: int
     grace: float
     patience: float

@@ -218,6 +218,7 @@ class ClientMethods(Generic[SceneT, ImageT, JobT, KeptJobT, SessionT, Comparison
         size: Size | None = None,
         camera: Camera | str | int | None = None,
         exposure: float = 0,
+        gaze: tuple[float, float] | None = None,
         buffer: int = 0,
         grace: float = 0,
         patience: float = 60,
@@ -230,9 +231,9 @@ class ClientMethods(Generic[SceneT, ImageT, JobT, KeptJobT, SessionT, Comparison
         """Opens a session, which begins to render; use it as a context manager. Arguments as of render(), and
 
         until: None: it renders until it is closed, or until wait() says otherwise. exposure: stops, of JPEG previews.
-        buffer: of frames(). grace: seconds that the daemon keeps the session when the connection breaks, 0: its
-        default. patience: seconds, [0, 86400], in which a daemon that restarts (with a state folder) is asked for the
-        session, which then goes on with its samples.
+        gaze: where somebody looks at first, as Session.gaze. buffer: of frames(). grace: seconds that the daemon keeps
+        the session when the connection breaks, 0: its default. patience: seconds, [0, 86400], in which a daemon that
+        restarts (with a state folder) is asked for the session, which then goes on with its samples.
         settings: with preview_rate > 0 whole pictures come while the camera moves.
         """
         return self._session(
@@ -244,6 +245,7 @@ class ClientMethods(Generic[SceneT, ImageT, JobT, KeptJobT, SessionT, Comparison
                 until=until,
                 camera=camera,
                 exposure=exposure,
+                gaze=gaze,
                 buffer=buffer,
                 grace=grace,
                 patience=patience,

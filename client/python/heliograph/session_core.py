@@ -57,6 +57,7 @@ class SessionPlan(NamedTuple):
     request: service.CreateSessionRequest
     camera: Camera
     exposure: float
+    gaze: tuple[float, float] | None
     tile_format: types.TileFormat
     buffer: int
     patience: float
@@ -70,6 +71,7 @@ def plan_session(
     until: Until | None,
     camera: Camera | str | int | None,
     exposure: float,
+    gaze: tuple[float, float] | None,
     buffer: int,
     grace: float,
     patience: float,
@@ -82,6 +84,7 @@ def plan_session(
     """InvalidArgument: anything that is not allowed, before the daemon makes a session."""
     view = scene.camera(camera)
     read_stops(exposure)
+    point = read_gaze(gaze)
     check_buffer(buffer)
     request = service.CreateSessionRequest(scene_id=scene.id, grace_s=read_timeout("grace", grace, zero=True))
     request.settings.CopyFrom(make_settings(size, settings))
@@ -91,7 +94,7 @@ def plan_session(
         compression = "none" if is_near(peer) else "zip"
     tile_format = make_format(channels, pixel_type, compression, denoiser)
     seconds = read_timeout("patience", patience, zero=True)
-    return SessionPlan(request, view, float(exposure), tile_format, buffer, seconds)
+    return SessionPlan(request, view, float(exposure), point, tile_format, buffer, seconds)
 
 
 #: Takes the events that have just come; none: the stream ended.
@@ -128,7 +131,8 @@ class SessionCore:
         self.settings = plan.request.settings
         self.budget = plan.request.budget
         self.exposure = plan.exposure
-        self.gaze: tuple[float, float] | None = None
+        self.gaze = plan.gaze
+        self._gaze_moved = False  # since the newest view, which has it
         self.feed = FrameFeed()
         self.buffer = FrameBuffer()
         self.buffer.resize(plan.buffer)
@@ -188,6 +192,7 @@ class SessionCore:
     def send_view(self) -> None:
         with self.lock:
             self._view += 1
+            self._gaze_moved = False
             self.buffer.forget_before(self._view)
             self._put(stream.StreamRequest(view=self._newest_view()))
 
@@ -230,10 +235,14 @@ class SessionCore:
         with self.lock:
             self.check()
             self.gaze = point
-            move = stream.StreamRequest.MoveGaze()
-            if point is not None:
-                move.gaze.x, move.gaze.y = point
-            self._put(stream.StreamRequest(gaze=move))
+            self._gaze_moved = True
+            self._send_gaze()
+
+    def _send_gaze(self) -> None:
+        move = stream.StreamRequest.MoveGaze()
+        if self.gaze is not None:
+            move.gaze.x, move.gaze.y = self.gaze
+        self._put(stream.StreamRequest(gaze=move))
 
     def set_settings(self, size: Size | None, values: Mapping[str, Any]) -> None:
         """Changes what is named; the rest stays."""
@@ -364,6 +373,8 @@ class SessionCore:
         self.lost = False
         self._reattachment.found()
         if opened.view_id >= self._view:
+            if self._gaze_moved:  # before the restart, perhaps too late for it, or since
+                self._send_gaze()
             return
         if opened.scene_id != self.scene.id:
             self._put(stream.StreamRequest(scene=stream.StreamRequest.SwitchScene(scene_id=self.scene.id)))
@@ -504,7 +515,8 @@ class SessionMethods:
     def gaze(self) -> tuple[float, float] | None:
         """Where somebody looks, (x, y) in pixels from the picture's upper left corner, [-1e6, 1e6]; None: nowhere in
         particular. With foveation="density" samples go there. It may be set as often as it moves: no other picture
-        begins, what there is stays, and a picture that is done gets more samples there."""
+        begins, what there is stays, and a picture that is done gets more samples there. One that is set while the
+        daemon restarts is sent once the session is found."""
         return self._core.gaze
 
     @gaze.setter

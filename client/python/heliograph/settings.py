@@ -77,7 +77,7 @@ class Settings(TypedDict, total=False):
     preview_rate: float  # previews a second while the camera moves, [0, 120]; sessions only
     preview_budget_ms: float  # wall time of a preview, [5, 1000]
     preview_upscaling: bool  # previews trace surfaces in a quarter of the pixels, and along edges
-    foveation: Literal["none", "density"]  # "none" (default), "density": samples go where session.gaze is; sessions only
+    foveation: Literal["none", "density"]  # "none" (default), "density": samples go to session.gaze; sessions only
     viewing_distance: float  # of the eye from the picture, in heights of the picture, [0.25, 20]
 
 
@@ -176,7 +176,7 @@ def read_stops(exposure: Any, automatic: bool = False) -> float:
     """InvalidArgument: not a number in [-64, 64]. automatic: what the message allows besides."""
     try:
         stops = float("nan") if isinstance(exposure, str) else float(exposure)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         stops = float("nan")
     if not -64 <= stops <= 64:
         raise invalid("exposure", exposure, "[-64, 64] stops" + (", or None" if automatic else ""))
@@ -189,7 +189,7 @@ def read_gaze(gaze: Any) -> tuple[float, float] | None:
         return None
     try:
         x, y = (float("nan") if isinstance(value, (bool, str)) else float(value) for value in gaze)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         x = y = float("nan")
     if not (-1e6 <= x <= 1e6 and -1e6 <= y <= 1e6):
         raise invalid("gaze", gaze, "(x, y) in pixels, each in [-1e6, 1e6], or None")
@@ -207,7 +207,7 @@ def read_timeout(name: str, value: Any, zero: bool = False) -> float:
     """Seconds. InvalidArgument: not a number in (0, 86400], or with `zero` in [0, 86400]."""
     try:
         seconds = -1.0 if isinstance(value, str) else float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         seconds = -1.0
     if not (0 <= seconds if zero else 0 < seconds) or seconds > 86400:
         raise invalid(name, value, f"{'[' if zero else '('}0, 86400] s")
