@@ -9,6 +9,7 @@
 #include <set>
 #include <utility>
 
+#include "client/cli/foveation_options.h"
 #include "client/enum_names.h"
 #include "server/stream/settings_messages.h"
 
@@ -110,7 +111,8 @@ void give(TextOption& option, const std::string& value) {
 struct ChosenMode::Impl {
   CLI::App app;
   SettingsOptions options;
-  TextOption preview_rate, preview_budget, denoiser;
+  TextOption preview_rate, preview_budget, preview_upscaling, denoiser;
+  FoveationOptions foveation;
   std::set<std::string> own;  // options that the mode's text gives, "--adaptive-min"
   std::string place;          // "--modes combined"
   pb::CompareMode message;
@@ -119,6 +121,8 @@ struct ChosenMode::Impl {
     add_settings_options(app, options);
     add_text(app, preview_rate, "--preview-rate", "HZ", "");
     add_text(app, preview_budget, "--preview-budget", "MS", "");
+    add_text(app, preview_upscaling, "--preview-upscaling", "on|off", "");
+    add_foveation_options(app, foveation);
     add_text(app, denoiser, "--denoiser", "NAME", "");
   }
 
@@ -126,8 +130,9 @@ struct ChosenMode::Impl {
   std::map<std::string, TextOption*> by_name() {
     std::map<std::string, TextOption*> all;
     for (auto& [path, option] : options.fields) all.emplace(option.option->get_name().substr(2), &option);
-    for (TextOption* option : {&options.technique, &preview_rate, &preview_budget, &denoiser})
+    for (TextOption* option : {&options.technique, &preview_rate, &preview_budget, &preview_upscaling, &denoiser})
       all.emplace(option->option->get_name().substr(2), option);
+    for (TextOption* option : foveation.all()) all.emplace(option->option->get_name().substr(2), option);
     return all;
   }
 
@@ -215,10 +220,12 @@ struct ChosenMode::Impl {
     pb::RenderSettings& settings = *message.mutable_settings();
     if (denoiser.given() && !display) reader.problem(denoiser, "is only valid with the words display and oidn");
     if (reader.choice(denoiser, {"own", "oidn"}).value_or("own") == "oidn") message.set_denoiser(pb::DENOISER_OIDN);
-    for (const TextOption* option : {&preview_rate, &preview_budget})
+    for (const TextOption* option : {&preview_rate, &preview_budget, &preview_upscaling})
       if (option->given() && !preview) reader.problem(*option, "is only valid with the word preview");
     if (preview) settings.set_preview_rate(reader.number(preview_rate, {0, 120, false}).value_or(kPreviewRate));
     if (const auto budget = reader.number(preview_budget, {5, 1000})) settings.set_preview_budget_ms(*budget);
+    settings.set_preview_upscaling(reader.choice(preview_upscaling, {"on", "off"}) == "on");
+    static_cast<void>(read_foveation(foveation, reader, settings));
   }
 };
 
@@ -337,6 +344,10 @@ pb::RenderSettings reference_settings(pb::RenderSettings settings) {
   settings.clear_light_cache();
   settings.clear_preview_rate();
   settings.clear_preview_budget_ms();
+  settings.clear_preview_upscaling();
+  settings.clear_foveation();
+  settings.clear_foveation_paper();
+  settings.clear_viewing_distance();
   return settings;
 }
 
@@ -346,7 +357,8 @@ const char* const kCompareModesHelp =
     "  path, bdpt, pt+bdpt, lvc, vcm, photon, light  as --integrator of render, in mode pt\n"
     "  paper-adaptive, paper-reproject, paper-combined  the published method, --variant paper\n"
     "  display, oidn  pt, compared by the layer display: filtered by this program, or by Open Image Denoise\n"
-    "  preview        combined, compared by its previews; only with --path\n"
+    "  preview        combined, compared by its previews; only with --path. preview:foveation=density and\n"
+    "                 preview:foveation=paper follow --gaze, as in move\n"
     "Examples: combined:integrator=bdpt, pt:roulette-from=8, adaptive:adaptive-min=8, preview:preview-budget=20. A\n"
     "mode is called by its text, with '-' for ':' and '=', unless --mode names it; a value with a comma needs --mode.\n"
     "The first mode is the one that the others are compared with.\n";

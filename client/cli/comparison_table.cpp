@@ -74,12 +74,12 @@ bool is_of(const pb::CompareUnit& unit, const SeedsOf& seeds) {
 }
 
 BySeed errors_of(const pb::CompareRecord& record, const SeedsOf& seeds, pb::CompareMeasure measure,
-                 std::uint32_t view) {
+                 std::uint32_t view, const std::string& region) {
   BySeed values;
   for (const pb::CompareUnit& unit : record.units()) {
     if (!is_of(unit, seeds) || unit.view() != view) continue;
     for (const pb::CompareValue& value : unit.values())
-      if (value.measure() == measure && value.region().empty()) values.emplace(unit.seed_number(), value.value());
+      if (value.measure() == measure && value.region() == region) values.emplace(unit.seed_number(), value.value());
   }
   return values;
 }
@@ -132,8 +132,9 @@ std::optional<pb::CompareTable> partial_table(const pb::CompareRecord& record) {
 SeedRatios::SeedRatios(const pb::CompareRecord& record) : record_(record) {}
 
 std::optional<pb::CompareInterval> SeedRatios::of_errors(pb::CompareMeasure measure, std::uint32_t view,
-                                                         const SeedsOf& top, const SeedsOf& bottom) const {
-  return ratio_of(errors_of(record_, top, measure, view), errors_of(record_, bottom, measure, view),
+                                                         const SeedsOf& top, const SeedsOf& bottom,
+                                                         const std::string& region) const {
+  return ratio_of(errors_of(record_, top, measure, view, region), errors_of(record_, bottom, measure, view, region),
                   are_paired(record_, top, bottom), log_of_mean);
 }
 

@@ -103,10 +103,20 @@ std::string names_of(const google::protobuf::RepeatedField<int>& measures) {
 std::string text_of(const google::protobuf::RepeatedPtrField<pb::CompareRegion>& regions) {
   std::string text;
   for (const pb::CompareRegion& region : regions) {
+    if (region.has_disk()) {
+      const pb::CompareRegion::Disk& disk = region.disk();
+      text += fmt::format("{}{}={}:{},{},{}", text.empty() ? "" : " ", region.name(),
+                          disk.outside() ? "outside" : "disk", disk.x(), disk.y(), disk.radius());
+      continue;
+    }
     const pb::Rect& r = region.rect();
     text += fmt::format("{}{}={},{},{},{}", text.empty() ? "" : " ", region.name(), r.x0(), r.y0(), r.x1(), r.y1());
   }
   return text.empty() ? "none" : text;
+}
+
+std::string text_of_gaze(const pb::CompareRequest& request) {
+  return request.has_gaze() ? fmt::format("{},{}", request.gaze().x(), request.gaze().y()) : "none";
 }
 
 std::string size_of(const pb::CompareRequest& request) {
@@ -275,6 +285,7 @@ ComparisonDifferences compare_with_record(const pb::CompareRecord& record, const
   }
   for (int i = 0; i < std::min(before.views_size(), now.views_size()); ++i)
     values.compare_fields(fmt::format("view {}", i), before.views(i), now.views(i));
+  values.compare("gaze", text_of_gaze(before), text_of_gaze(now));
   values.compare("first seed", std::to_string(before.first_seed()), std::to_string(now.first_seed()));
   values.compare("common seeds", yes_no(before.common_seeds()), yes_no(now.common_seeds()));
   values.compare("exclusive", yes_no(before.exclusive()), yes_no(now.exclusive()));

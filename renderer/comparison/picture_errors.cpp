@@ -128,20 +128,11 @@ class Selection {
   ReferenceView reference_;
 };
 
-std::vector<std::size_t> pixels_of(const PixelRect& rect, int width) {
-  std::vector<std::size_t> pixels;
-  pixels.reserve(std::size_t(rect.area()));
-  for (int y = rect.y0; y < rect.y1; ++y) {
-    for (int x = rect.x0; x < rect.x1; ++x) pixels.push_back(std::size_t(y) * std::size_t(width) + std::size_t(x));
-  }
-  return pixels;
-}
-
 // Measures one picture, or some of its pixels, into a list. Preconditions: pictures that check() accepts.
 class Measurement {
  public:
   Measurement(const PictureErrorOptions& options, std::vector<MeasuredValue>& values)
-      : measures_(options.measures), values_(values) {
+      : measures_(options.measures), regions_(options.regions), values_(values) {
     flip_.threads = options.threads;
     flip_.cancel = options.cancel;
   }
@@ -193,11 +184,11 @@ class Measurement {
     if (Status on = go_on(); !on) return on;
     if (wants(Measure::flip) || wants(Measure::flip_median)) {
       const auto map = reference.flip ? ldr_flip(picture, *reference.flip) : ldr_flip(picture, reference.mean, flip_);
-      if (Status added = add_flip(map, Measure::flip, Measure::flip_median); !added) return added;
+      if (Status added = add_flip(map, picture, Measure::flip, Measure::flip_median); !added) return added;
     }
     if (wants(Measure::hdr_flip) || wants(Measure::hdr_flip_median)) {
       const auto map = reference.flip ? hdr_flip(picture, *reference.flip) : hdr_flip(picture, reference.mean, flip_);
-      if (Status added = add_flip(map, Measure::hdr_flip, Measure::hdr_flip_median); !added) return added;
+      if (Status added = add_flip(map, picture, Measure::hdr_flip, Measure::hdr_flip_median); !added) return added;
     }
     return ok_status();
   }
@@ -229,17 +220,34 @@ class Measurement {
     return error->relmse - (reference.variance ? mean_relative_variance(reference) : 0);
   }
 
-  Status add_flip(const Result<Flip>& map, Measure mean, Measure median) {
+  Status add_flip(const Result<Flip>& map, const PictureView& picture, Measure mean, Measure median) {
     if (!map) return map.error();
-    if (wants(mean)) add(mean, {}, map->mean);
+    if (Status added = add_flip(map->error, map->mean, {}, mean, median); !added) return added;
+    for (const MeasuredRegion& region : regions_) {
+      std::vector<float> errors;
+      double sum = 0;
+      for (const std::size_t pixel : region.pixels(picture.width, picture.height)) {
+        errors.push_back(map->error[pixel]);
+        sum += map->error[pixel];
+      }
+      const double own = sum / double(errors.size());
+      if (Status added = add_flip(errors, own, region.name, mean, median); !added) return added;
+    }
+    return ok_status();
+  }
+
+  Status add_flip(const std::vector<float>& errors, double mean_error, const std::string& region, Measure mean,
+                  Measure median) {
+    if (wants(mean)) add(mean, region, mean_error);
     if (!wants(median)) return ok_status();
-    const Result<double> middle = weighted_median(map->error);
+    const Result<double> middle = weighted_median(errors);
     if (!middle) return middle.error();
-    add(median, {}, *middle);
+    add(median, region, *middle);
     return ok_status();
   }
 
   unsigned measures_;
+  const std::vector<MeasuredRegion>& regions_;
   FlipOptions flip_;
   std::vector<MeasuredValue>& values_;
 };
@@ -251,6 +259,18 @@ constexpr unsigned kOfRegions =
     bit(Measure::mse) | bit(Measure::relmse) | bit(Measure::bias) | bit(Measure::outlier_share);
 
 }  // namespace
+
+std::vector<std::size_t> MeasuredRegion::pixels(int width, int height) const {
+  std::vector<std::size_t> inside;
+  const PixelRect whole{0, 0, width, height}, where = disk ? whole : intersect(rect, whole);
+  for (int y = where.y0; y < where.y1; ++y) {
+    for (int x = where.x0; x < where.x1; ++x) {
+      if (disk && (std::hypot(x + 0.5 - disk->x, y + 0.5 - disk->y) < disk->radius) == disk->outside) continue;
+      inside.push_back(std::size_t(y) * std::size_t(width) + std::size_t(x));
+    }
+  }
+  return inside;
+}
 
 Result<std::vector<MeasuredValue>> picture_errors(const PictureView& picture, const ReferenceView& reference,
                                                   const PictureErrorOptions& options) {
@@ -267,8 +287,9 @@ Result<std::vector<MeasuredValue>> picture_errors(const PictureView& picture, co
   };
   if (Status done = measure_part(kDarkHalf, dark_half_pixels(reference.mean)); !done) return done.error();
   for (const MeasuredRegion& region : options.regions) {
-    HELIO_CHECK(!region.rect.empty() && intersect(region.rect, {0, 0, picture.width, picture.height}) == region.rect);
-    if (Status done = measure_part(region.name, pixels_of(region.rect, picture.width)); !done) return done.error();
+    auto pixels = region.pixels(picture.width, picture.height);
+    HELIO_CHECK(!pixels.empty());
+    if (Status done = measure_part(region.name, std::move(pixels)); !done) return done.error();
   }
   return values;
 }

@@ -26,8 +26,16 @@ struct ReferenceView {
 };
 
 struct MeasuredRegion {
+  struct Disk {
+    double x = 0, y = 0, radius = 0;  // pixels from the picture's upper left corner
+    bool outside = false;             // all pixels but its own
+  };
   std::string name;
-  PixelRect rect;  // inside the picture, not empty
+  PixelRect rect;            // inside the picture, not empty
+  std::optional<Disk> disk = {};  // pixels whose centres are in it, in place of the rectangle's; at least one
+
+  // Row by row.
+  std::vector<std::size_t> pixels(int width, int height) const;
 };
 
 struct PictureErrorOptions {
@@ -40,8 +48,8 @@ struct PictureErrorOptions {
 // mse and relmse are free of the reference's noise where that is known: by products of its halves (metrics/
 // reference_halves.h), or less its mean variance; they may then be negative. All others have it in them.
 //
-// Regions and the dark half have mse, relmse, bias and outlier_share alone, relative to their own mean and of 0.1 % of
-// their own pixels. A value that is not defined is left out: relmse, bias and outlier_share where the reference is
+// Regions and the dark half have mse, relmse, bias and outlier_share relative to their own mean and of 0.1 % of their own
+// pixels. Of the others, regions have those of FLIP, whose errors are those of the whole picture, and no more. A value that is not defined is left out: relmse, bias and outlier_share where the reference is
 // black, outlier_share of fewer than 1,000 pixels (0.1 % is less than one of them), dssim where SSIM is not positive.
 // invalid_argument as for metrics/error_metrics.h; cancelled.
 Result<std::vector<MeasuredValue>> picture_errors(const PictureView& picture, const ReferenceView& reference,

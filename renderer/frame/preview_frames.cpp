@@ -1,12 +1,14 @@
 #include "renderer/frame/preview_frames.h"
 
 #include "renderer/frame/integrate_function.h"
+#include "renderer/preview/paper/paper_history.h"
 
 namespace helio {
 
 bool PreviewFrames::suits(const std::shared_ptr<PreviewHistory>& history, const RenderSettings& settings) {
   if (!(settings.preview.rate > 0)) return true;
-  return history && history->width() == settings.width && history->height() == settings.height;
+  return history && history->width() == settings.width && history->height() == settings.height &&
+         bool(history->published) == as_published(settings);
 }
 
 std::pair<std::shared_ptr<PreviewHistory>, std::shared_ptr<PreviewHistory>> PreviewFrames::set(
@@ -35,6 +37,11 @@ std::pair<std::shared_ptr<const void>, std::shared_ptr<const void>> PreviewFrame
   target.region = begin.region;
   target.density = gaze_density(begin.settings, begin.gaze);
   target.upscaling = begin.settings.preview.upscaling;
+  if (history_->published) {
+    target.published = begin.settings.foveation.published;
+    // Nobody looks anywhere in particular: the middle is where the paper has its gaze.
+    target.gaze = begin.gaze.value_or(Gaze{0.5 * begin.settings.width, 0.5 * begin.settings.height});
+  }
   target.until_s = frame.begun_s + begin.settings.preview.budget_s - output_s_;
   const bool fits = rest && rest->film.width() == history_->width() && rest->film.height() == history_->height();
   if (fits && history_->shows(rest->scene, rest->camera, rest->region)) {

@@ -1054,7 +1054,7 @@ std::shared_ptr<Film> make_film(const RenderSettings& settings, std::shared_ptr<
 std::shared_ptr<PreviewHistory> make_preview_history(const RenderSettings& settings,
                                                      std::shared_ptr<const void> count) {
   if (!(settings.preview.rate > 0)) return nullptr;
-  return counted(std::move(count), PreviewHistory(settings.width, settings.height));
+  return counted(std::move(count), PreviewHistory(settings.width, settings.height, as_published(settings)));
 }
 
 std::shared_ptr<DisplayLayer> make_display_layer(const RenderSettings& settings, unsigned channels,

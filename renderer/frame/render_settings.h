@@ -130,6 +130,11 @@ inline bool counts_differ(const RenderSettings& settings) {
   return allocates(settings.mode) || settings.foveation.kind == Foveation::density;
 }
 
+// Of its previews.
+inline bool as_published(const RenderSettings& settings) {
+  return settings.foveation.kind == Foveation::paper;
+}
+
 // Whether films of both are of the same pictures: all is equal but previews.
 inline bool same_pictures(RenderSettings a, const RenderSettings& b) {
   a.preview = b.preview;

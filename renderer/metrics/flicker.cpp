@@ -20,11 +20,13 @@ std::optional<Error> check_positions(const PreviousPositions& positions, const P
 // `error` and `previous_error`: (channel, pixel) to a value.
 template <class PreviousError, class CurrentError>
 Result<Flicker> mean_change(const PreviousError& previous_error, const CurrentError& error,
-                            const PreviousPositions& positions) {
-  const std::size_t width = std::size_t(positions.width), pixels = width * std::size_t(positions.height);
+                            const PreviousPositions& positions, const std::vector<std::size_t>* some = nullptr) {
+  const std::size_t width = std::size_t(positions.width);
+  const std::size_t pixels = some ? some->size() : width * std::size_t(positions.height);
   double sum = 0;
   std::size_t seen = 0;
-  for (std::size_t i = 0; i < pixels; ++i) {
+  for (std::size_t k = 0; k < pixels; ++k) {
+    const std::size_t i = some ? (*some)[k] : k;
     const float x = positions.x[i], y = positions.y[i];
     if (!(x >= 0 && y >= 0 && x < float(positions.width) && y < float(positions.height))) continue;
     const std::size_t before = std::size_t(y) * width + std::size_t(x);
@@ -60,11 +62,11 @@ Result<Flicker> flicker(const FlickerFrame& previous, const FlickerFrame& frame,
 }
 
 Result<Flicker> flicker(const PictureView& previous_error, const PictureView& error,
-                        const PreviousPositions& positions) {
+                        const PreviousPositions& positions, const std::vector<std::size_t>* pixels) {
   if (Status valid = check_pictures(error, previous_error, "error image", "previous error image"); !valid)
     return valid.error();
   if (const auto problem = check_positions(positions, error)) return *problem;
-  return mean_change(values_of(previous_error), values_of(error), positions);
+  return mean_change(values_of(previous_error), values_of(error), positions, pixels);
 }
 
 }  // namespace helio

@@ -1,6 +1,9 @@
 // How much the error of a picture changes from one frame to the next.
 #pragma once
 
+#include <cstddef>
+#include <vector>
+
 #include "renderer/base/picture_view.h"
 #include "renderer/base/result.h"
 
@@ -29,8 +32,8 @@ struct FlickerFrame {
 };
 Result<Flicker> flicker(const FlickerFrame& previous, const FlickerFrame& frame, const PreviousPositions& positions);
 
-// The same of error images that exist, or of errors of another kind.
+// The same of error images that exist, or of errors of another kind; with `pixels`, of these alone, by index.
 Result<Flicker> flicker(const PictureView& previous_error, const PictureView& error,
-                        const PreviousPositions& positions);
+                        const PreviousPositions& positions, const std::vector<std::size_t>* pixels = nullptr);
 
 }  // namespace helio

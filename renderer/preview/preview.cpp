@@ -64,8 +64,9 @@ void Preview::begin_surfaces() {
 }
 
 void Preview::find_surfaces(const PixelRect& window, TraceStats& stats) {
-  const bool textured = surface_camera_.pinhole();
-  const SurfacePass surfaces(*target_.scene, surface_camera_, *history_->surface_colors, textured, *history_);
+  // Through a lens a pixel mixes many points of a texture.
+  const SurfaceColors* const colors = surface_camera_.pinhole() ? history_->surface_colors.get() : nullptr;
+  const SurfacePass surfaces(*target_.scene, surface_camera_, colors, *history_);
   if (target_.density || target_.upscaling) {
     const SparseSurfaces::Spacing spacing{target_.density ? &*target_.density : nullptr, target_.upscaling};
     const SparseSurfaces sparse(surfaces, view_, before_, spacing, *history_);

@@ -15,49 +15,27 @@
 #include <vector>
 
 #include "renderer/base/cancel.h"
-#include "renderer/base/gaze_density.h"
-#include "renderer/base/pixel_filter.h"
-#include "renderer/film/core/film.h"
-#include "renderer/film/display/display_layer.h"
 #include "renderer/preview/edge_avoiding_filter.h"
 #include "renderer/preview/history_lookup.h"
 #include "renderer/preview/preview_history.h"
+#include "renderer/preview/preview_maker.h"
+#include "renderer/preview/preview_target.h"
 #include "renderer/preview/sample_order.h"
 #include "renderer/preview/surface_pass.h"
 #include "renderer/trace/paths/path_integrator.h"
 
 namespace helio {
 
-struct PreviewTarget {
-  std::shared_ptr<const RenderScene> scene;
-  CameraPose camera;  // fitted()
-  PathSettings path;  // integrator path
-  PixelFilter filter;
-  PixelRect region;
-  // now_s() clock. Visibility and lookup take what they take; fresh samples and levels of the filter are given up so
-  // that the sweeps end by until_s.
-  double until_s = 0;
-  // Rests at the view of the newest preview; nobody writes to it until the sweeps are over. Null: none.
-  const Film* film = nullptr;
-  const DisplayLayer* display = nullptr;  // of the film, likewise; null: it is shown as it is
-  std::optional<GazeDensity> density = {};  // where somebody looks; absent: everywhere alike
-  bool upscaling = false;  // surfaces are traced in every second pixel along either axis (sparse_surfaces.h)
-};
-
-// Sweeps and parts as FrameStage has them: all parts of a sweep, in any order and on any worker, then finish_sweep().
-class Preview {
+class Preview final : public PreviewMaker {
  public:
   // history: of the film's size; nobody else uses it until the sweeps are over or given up.
   Preview(std::shared_ptr<PreviewHistory> history, PreviewTarget target, std::shared_ptr<const CancelToken> cancel);
 
-  int sweeps() const { return int(sweeps_.size()); }
-  std::size_t parts() const;  // of the sweep that comes next
-  void run(int sweep, std::size_t part, TraceStats& stats);
-  void finish_sweep(int sweep);
-
-  // The picture of a window inside the region, linear radiance, row-major. After the last sweep, until the history's
-  // next preview begins. Thread safe.
-  void resolve(const PixelRect& window, std::vector<float> (&display)[3]) const;
+  int sweeps() const override { return int(sweeps_.size()); }
+  std::size_t parts() const override;
+  void run(int sweep, std::size_t part, TraceStats& stats) override;
+  void finish_sweep(int sweep) override;
+  void resolve(const PixelRect& window, std::vector<float> (&display)[3]) const override;
 
  private:
   enum class Sweep { colors, capture, surfaces, samples, filter };

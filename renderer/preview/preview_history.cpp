@@ -1,8 +1,14 @@
 #include "renderer/preview/preview_history.h"
 
+#include "renderer/preview/paper/paper_history.h"
+
 namespace helio {
 
-PreviewHistory::PreviewHistory(int width, int height) : width_(width), height_(height) {
+PreviewHistory::PreviewHistory(int width, int height, bool is_published) : width_(width), height_(height) {
+  if (is_published) {
+    published = std::make_unique<PaperHistory>(width, height);
+    return;
+  }
   const std::size_t pixels = std::size_t(width) * std::size_t(height);
   for (PreviewBuffer* buffer : {&rest, &last, &current}) buffer->pixels.resize(pixels);
   colors.resize(pixels, kWhite);
@@ -10,11 +16,20 @@ PreviewHistory::PreviewHistory(int width, int height) : width_(width), height_(h
   filtered.resize(pixels);
 }
 
+PreviewHistory::PreviewHistory(PreviewHistory&&) noexcept = default;
+PreviewHistory::~PreviewHistory() = default;
+
+std::size_t PreviewHistory::bytes_per_pixel(bool is_published) {
+  return is_published ? PaperHistory::bytes_per_pixel()
+                      : 3 * sizeof(PreviewPixel) + 2 * sizeof(std::uint32_t) + sizeof(FilteredPixel);
+}
+
 void PreviewHistory::forget() {
   for (PreviewBuffer* buffer : {&rest, &last, &current}) buffer->forget();
   surface_colors.reset();
   colored_scene.reset();
   mean_light = Rgb(0, 0, 0);
+  if (published) published->forget();
 }
 
 }  // namespace helio

@@ -63,15 +63,20 @@ struct PreviewCosts {
   double filter = 0;  // a pixel of a level, of those that are filtered
 };
 
+class PaperHistory;
+
 class PreviewHistory {
  public:
-  // Takes bytes_per_pixel() of memory for each pixel. Throws std::bad_alloc.
-  PreviewHistory(int width, int height);
+  // published: of previews as published, which have a history of their own, and none of the buffers below. Takes
+  // bytes_per_pixel() of memory for each pixel. Throws std::bad_alloc.
+  PreviewHistory(int width, int height, bool published = false);
+  PreviewHistory(PreviewHistory&&) noexcept;
+  ~PreviewHistory();
 
-  static constexpr std::size_t bytes_per_pixel() {
-    return 3 * sizeof(PreviewPixel) + 2 * sizeof(std::uint32_t) + sizeof(FilteredPixel);
+  static std::size_t bytes_per_pixel(bool published = false);
+  std::size_t bytes() const {
+    return std::size_t(width_) * std::size_t(height_) * bytes_per_pixel(bool(published));
   }
-  std::size_t bytes() const { return std::size_t(width_) * std::size_t(height_) * bytes_per_pixel(); }
   int width() const { return width_; }
   int height() const { return height_; }
 
@@ -95,6 +100,7 @@ class PreviewHistory {
   Rgb mean_light{0, 0, 0};  // of the newest fresh samples
   std::shared_ptr<const SurfaceColors> surface_colors;  // of that scene; null: none
   std::weak_ptr<const RenderScene> colored_scene;
+  std::unique_ptr<PaperHistory> published;  // null: ours
 
  private:
   int width_, height_;

@@ -52,11 +52,11 @@ void SurfacePass::note(const Ray& ray, const Hit& hit, SurfaceColors::Recent& re
       return;
     }
   }
-  if (!textured_ || !colors_.varies(surface.part->material)) return;
+  if (!colors_ || !colors_->varies(surface.part->material)) return;
   RayCone cone = camera_.cone();
   cone.advance(hit.t);
   const float cosine = dot(surface.geometric_normal, ray.direction);
-  color = pack_color(colors_.at(hit, surface, cone.footprint(cosine), recent));
+  color = pack_color(colors_->at(hit, surface, cone.footprint(cosine), recent));
 }
 
 void SurfacePass::trace(std::span<const PixelPosition> at, PreviewPixel* pixels, std::uint32_t* colors) const {

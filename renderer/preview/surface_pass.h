@@ -13,11 +13,9 @@ namespace helio {
 
 class SurfacePass {
  public:
-  // Light is divided by surfaces' colours, unless `textured` is false: through a lens a pixel mixes many points of a
-  // texture. All outlive this.
-  SurfacePass(const RenderScene& scene, const Camera& camera, const SurfaceColors& colors, bool textured,
-              PreviewHistory& history)
-      : scene_(scene.impl()), camera_(camera), colors_(colors), textured_(textured), history_(history) {}
+  // colors: that light is divided by; null: by none. All outlive this.
+  SurfacePass(const RenderScene& scene, const Camera& camera, const SurfaceColors* colors, PreviewHistory& history)
+      : scene_(scene.impl()), camera_(camera), colors_(colors), history_(history) {}
 
   // Pixels of a block of at most kPathGroupSize a side: `current` and colours. What shines has its own light and
   // kExactSamples, all else no light and no samples. Thread safe for different blocks. Returns the rays traced.
@@ -36,8 +34,7 @@ class SurfacePass {
 
   const SceneData& scene_;
   const Camera& camera_;
-  const SurfaceColors& colors_;
-  const bool textured_;
+  const SurfaceColors* const colors_;
   PreviewHistory& history_;
 };
 

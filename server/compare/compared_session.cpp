@@ -24,10 +24,11 @@ Error failed(const std::string& why) {
 Result<std::unique_ptr<ComparedSession>> ComparedSession::create(const RenderContext::Resources& resources,
                                                                  std::shared_ptr<const LoadedScene> scene,
                                                                  const ComparedMode& mode, std::uint64_t seed,
-                                                                 unsigned more) {
+                                                                 unsigned more, const std::optional<Gaze>& gaze) {
   std::unique_ptr<ComparedSession> session(new ComparedSession);
   session->display_ = mode.picture == ComparedMode::Picture::display;
   session->previews_ = mode.picture == ComparedMode::Picture::preview;
+  session->gaze_ = gaze;
   session->time_s_ = scene->manifest.time_s;
   session->engine_ = &resources.engine;
   session->collector_ =
@@ -47,6 +48,7 @@ View ComparedSession::next_view(const CameraPose& camera) {
   view.id = ++view_id_;
   view.camera = camera;
   view.time_s = time_s_;
+  view.gaze = gaze_;
   return view;
 }
 

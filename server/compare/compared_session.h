@@ -26,7 +26,8 @@ class ComparedSession {
   static Result<std::unique_ptr<ComparedSession>> create(const RenderContext::Resources& resources,
                                                          std::shared_ptr<const LoadedScene> scene,
                                                          const ComparedMode& mode, std::uint64_t seed,
-                                                         unsigned more = 0);
+                                                         unsigned more = 0,
+                                                         const std::optional<Gaze>& gaze = {});
 
   // While this session renders no other one is, for so many seconds of its life altogether.
   void hold_others(double seconds) { hold_left_s_ = seconds; }
@@ -60,6 +61,7 @@ class ComparedSession {
   std::shared_ptr<RenderContext> rendering_;
   bool display_ = false, previews_ = false;
   std::uint64_t view_id_ = 0;
+  std::optional<Gaze> gaze_;
   double time_s_ = 0;
   RenderEngine* engine_ = nullptr;
   double hold_left_s_ = 0;

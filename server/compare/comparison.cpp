@@ -337,7 +337,7 @@ Result<std::unique_ptr<ComparedSession>> Comparison::open(const Turn& turn) {
   const bool pictures = turn.seed_number == 1 && sends_pictures(turn.mode->name);
   const auto create = [&] {
     return ComparedSession::create(resources_, scene_, *turn.mode, request_.seed(*turn.mode, turn.seed_number),
-                                   pictures ? unsigned(kResolveVariance) : 0u);
+                                   pictures ? unsigned(kResolveVariance) : 0u, request_.gaze);
   };
   auto session = create();
   if (!session && session.error().code == ErrorCode::resource_exhausted && give_flip_back()) session = create();
@@ -410,7 +410,6 @@ Result<std::vector<MeasuredValue>> Comparison::measure(const Turn& turn, const C
   first.cancel = second.cancel = cancel_;
   first.measures &= ~kHdr;
   second.measures &= kHdr;
-  second.regions.clear();
   second.threads = std::clamp(resources_.engine.threads(), 1, 64);
   ReferenceView reference = view.reference->view();
   if (view.flip) reference.flip = &*view.flip;
@@ -423,26 +422,31 @@ Result<std::vector<MeasuredValue>> Comparison::measure(const Turn& turn, const C
   if (!more) return more.error();
   values->insert(values->end(), more->begin(), more->end());
   if (request_.flicker && error_before) {
-    const auto change = flicker_since(turn, picture, *error_before);
-    if (change) values->push_back({Measure::flicker, {}, *change});
+    add_flicker(turn, picture, *error_before, &*values);
   }
   if (request_.told_rmse && session.told_rmse()) values->push_back({Measure::told_rmse, {}, *session.told_rmse()});
   return values;
 }
 
-std::optional<double> Comparison::flicker_since(const Turn& turn, const Picture& picture, Picture& error_before) const {
+void Comparison::add_flicker(const Turn& turn, const Picture& picture, Picture& error_before,
+                             std::vector<MeasuredValue>* values) const {
   const ViewState& view = views_[turn.view];
   Picture error;
   subtract(picture, view.reference->mean, error);
-  std::optional<double> mean;
-  if (view.before && error_before.width > 0) {
+  if (values && view.before && error_before.width > 0) {
     const PreviousPositions positions{picture.width, picture.height, view.before->x.data(), view.before->y.data()};
-    const auto change = flicker(error_before.view(), error.view(), positions);
-    // Nothing of it was seen before: there is no flicker to tell.
-    if (change) mean = change->mean;
+    const auto add = [&](const std::string& region, const std::vector<std::size_t>* pixels) {
+      const auto change = flicker(error_before.view(), error.view(), positions, pixels);
+      // Nothing of it was seen before: there is no flicker to tell.
+      if (change) values->push_back({Measure::flicker, region, change->mean});
+    };
+    add({}, nullptr);
+    for (const MeasuredRegion& region : request_.errors.regions) {
+      const auto pixels = region.pixels(picture.width, picture.height);
+      add(region.name, &pixels);
+    }
   }
   error_before = std::move(error);
-  return mean;
 }
 
 void Comparison::add_worst_pixels(const Turn& turn, const ComparedSession& session, pb::CompareUnit& unit) const {
@@ -483,7 +487,7 @@ Status Comparison::tell_unit(const Turn& turn, const ComparedSession& session, c
       return sent;
   }
   if (done_.contains(key)) {
-    if (request_.flicker && error_before) flicker_since(turn, session.picture(), *error_before);
+    if (request_.flicker && error_before) add_flicker(turn, session.picture(), *error_before, nullptr);
     return ok_status();
   }
   auto values = measure(turn, session, error_before);

@@ -66,7 +66,9 @@ class Comparison {
   Status tell_unit(const Turn& turn, const ComparedSession& session, const PictureCost& cost, Picture* error_before);
   Result<std::vector<MeasuredValue>> measure(const Turn& turn, const ComparedSession& session, Picture* error_before);
   // The error of this picture takes the place of that of the view before; flicker between both, where it is known.
-  std::optional<double> flicker_since(const Turn& turn, const Picture& picture, Picture& error_before) const;
+  // null: it is not asked for.
+  void add_flicker(const Turn& turn, const Picture& picture, Picture& error_before,
+                   std::vector<MeasuredValue>* values) const;
   void add_worst_pixels(const Turn& turn, const ComparedSession& session, pb::CompareUnit& unit) const;
   // variance: of the picture's values; without pixels: not known.
   Status tell_picture(const Picture& picture, const Picture& variance, pb::CompareResponse::Picture name);

@@ -22,7 +22,7 @@ constexpr std::uint32_t kMaxSeeds = 1000, kMaxWorstPixels = 64;
 constexpr std::size_t kMaxName = 64;
 // Bytes that a unit has in a message without its mode's name and values, and a value of the whole picture, at most; how
 // many values a region has (picture_errors.h); and what is left of a message of 4 MiB for units.
-constexpr std::uint64_t kUnitBytes = 96, kValueBytes = 13, kRegionValues = 4, kMostBytes = 3500u << 10;
+constexpr std::uint64_t kUnitBytes = 96, kValueBytes = 13, kRegionValues = 9, kMostBytes = 3500u << 10;
 constexpr std::uint64_t kReferenceErrorBytes = 9;  // of bias, beside its value
 constexpr double kLeastTime = 1e-3, kMostTime = 86400;
 
@@ -150,6 +150,28 @@ void read_reference(const pb::CompareReference& message, ComparisonRequest& requ
                  fmt::format("{}; allowed: even, [2, 2^30], or 0", reference.max_samples));
 }
 
+void read_disk(const pb::CompareRegion& given, ComparisonRequest& request, const std::string& where,
+               Problems& problems) {
+  if (given.has_rect()) problems.add(where + ".disk", "is given beside rect; allowed: one of them");
+  const pb::CompareRegion::Disk& from = given.disk();
+  const auto check = [&](const char* field, double value, const NumberRange& range) {
+    if (range.contains(value)) return true;
+    problems.add(where + ".disk." + field, number_text(value) + "; allowed: " + range.to_string());
+    return false;
+  };
+  const NumberRange anywhere{-kMostGazePixels, kMostGazePixels};
+  const bool x = check("x", from.x(), anywhere), y = check("y", from.y(), anywhere);
+  const bool radius = check("radius", from.radius(), {0, kMostGazePixels, false});
+  if (!x || !y || !radius || request.modes.empty()) return;
+  MeasuredRegion region;
+  region.name = given.name();
+  region.disk = {from.x(), from.y(), from.radius(), from.outside()};
+  if (region.pixels(request.width(), request.height()).empty())
+    problems.add(where + ".disk",
+                 fmt::format("has no pixel of the picture; allowed: a part of {} x {}", request.width(), request.height()));
+  request.errors.regions.push_back(std::move(region));
+}
+
 void read_regions(const pb::CompareRequest& message, ComparisonRequest& request, Problems& problems) {
   if (message.regions_size() > kMaxRegions)
     problems.add("regions", fmt::format("{}; allowed: at most {}", message.regions_size(), kMaxRegions));
@@ -161,6 +183,10 @@ void read_regions(const pb::CompareRequest& message, ComparisonRequest& request,
       problems.add(where + ".name", fmt::format("{} bytes; allowed: [1, {}]", given.name().size(), kMaxName));
     if (!names.insert(given.name()).second)
       problems.add(where + ".name", "'" + given.name() + "' is there twice; allowed: other names");
+    if (given.has_disk()) {
+      read_disk(given, request, where, problems);
+      continue;
+    }
     const PixelRect rect{given.rect().x0(), given.rect().y0(), given.rect().x1(), given.rect().y1()};
     const PixelRect whole{0, 0, request.modes.empty() ? 0 : request.width(),
                           request.modes.empty() ? 0 : request.height()};
@@ -168,7 +194,7 @@ void read_regions(const pb::CompareRequest& message, ComparisonRequest& request,
       problems.add(where + ".rect", fmt::format("[{}, {}) x [{}, {}); allowed: not empty, inside {} x {}", rect.x0,
                                                 rect.x1, rect.y0, rect.y1, whole.x1, whole.y1));
     }
-    request.errors.regions.push_back({given.name(), rect});
+    request.errors.regions.push_back({given.name(), rect, std::nullopt});
   }
 }
 
@@ -284,6 +310,10 @@ Result<ComparisonRequest> read_comparison(const pb::CompareRequest& message, con
     } else {
       request.views.push_back(read_camera(message.views(i), cameras, fmt::format("views[{}]", i), problems));
     }
+  }
+  if (message.has_gaze()) {
+    request.gaze = Gaze{message.gaze().x(), message.gaze().y()};
+    validate(*request.gaze, "gaze", problems);
   }
   if (request.views.empty()) request.views.push_back(scene ? camera_pose(cameras.front()) : CameraPose());
   request.seeds = message.seeds();

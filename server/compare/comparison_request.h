@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -40,6 +41,7 @@ struct ReferenceRequest {
 struct ComparisonRequest {
   std::vector<ComparedMode> modes;
   std::vector<CameraPose> views;  // at least one
+  std::optional<Gaze> gaze;       // of all of them
   std::uint32_t seeds = 0;
   std::uint64_t first_seed = 0;
   bool common_seeds = false;

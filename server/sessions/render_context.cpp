@@ -31,7 +31,7 @@ std::uint64_t film_bytes(const RenderSettings& settings) {
 }
 
 std::uint64_t preview_bytes(const RenderSettings& settings) {
-  return settings.preview.rate > 0 ? pixels(settings) * PreviewHistory::bytes_per_pixel() : 0;
+  return settings.preview.rate > 0 ? pixels(settings) * PreviewHistory::bytes_per_pixel(as_published(settings)) : 0;
 }
 
 std::uint64_t display_bytes(const RenderSettings& settings, unsigned channels) {

@@ -23,6 +23,7 @@
 #include "client/cli/compare_modes.h"
 #include "client/cli/comparison_table.h"
 #include "client/cli/exit_code.h"
+#include "client/cli/foveation_options.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/presets/preset_output.h"
 #include "client/cli/presets/preset_run.h"
@@ -343,6 +344,12 @@ bool Comparing::plan(const pb::GetServerInfoResponse& info, const pb::LoadSceneR
     if (options_.script.reference_integrator.given())
       settings.set_integrator(*from_short_name<pb::Integrator>(options_.script.reference_integrator.text));
   }
+  const bool foveated = std::any_of(request.modes().begin(), request.modes().end(), [](const pb::CompareMode& mode) {
+    return mode.settings().foveation() > pb::FOVEATION_NONE;
+  });
+  if (options_.script.gaze.given() && !foveated)
+    context_.reader.problem(options_.script.gaze, "is only valid with a mode that has foveation");
+  if (foveated && !request.has_gaze()) *request.mutable_gaze() = centre_of_film(first);
   check_regions(request, size_.first, size_.second, problems);
   check_files();
   if (!problems.empty()) return false;

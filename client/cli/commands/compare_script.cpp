@@ -12,7 +12,9 @@
 
 #include "client/cli/commands/picture_files.h"
 #include "client/enum_names.h"
+#include "renderer/base/gaze_density.h"
 #include "renderer/codec/tile_codec.h"
+#include "renderer/comparison/picture_errors.h"
 
 namespace helio::cli {
 
@@ -78,6 +80,32 @@ std::vector<double> read_budgets(const TextOption& option, const std::string& te
   return budgets;
 }
 
+// "disk:x,y,r" and "outside:x,y,r". None: it is neither.
+std::optional<pb::CompareRegion::Disk> parse_disk(const std::string& text) {
+  const std::size_t colon = text.find(':');
+  const std::string kind = text.substr(0, colon);
+  if (colon == std::string::npos || (kind != "disk" && kind != "outside")) return std::nullopt;
+  double values[3];
+  std::size_t start = colon + 1;
+  for (int i = 0; i < 3; ++i) {
+    const std::size_t end = i < 2 ? text.find(',', start) : text.size();
+    if (end == std::string::npos) return std::nullopt;
+    const auto value = parse_number(text.substr(start, end - start));
+    const bool good = value && std::abs(*value) <= kMostGazePixels && (i < 2 || *value > 0);
+    if (!good) return std::nullopt;
+    values[i] = *value;
+    start = end + 1;
+  }
+  pb::CompareRegion::Disk disk;
+  disk.set_x(values[0]);
+  disk.set_y(values[1]);
+  disk.set_radius(values[2]);
+  disk.set_outside(kind == "outside");
+  return disk;
+}
+
+constexpr const char* kRegionForms = "NAME=x0,y0,x1,y1, NAME=disk:x,y,radius or NAME=outside:x,y,radius";
+
 void read_regions(const CompareScriptOptions& options, pb::CompareRequest& request, Problems& problems) {
   std::set<std::string> names{kDarkHalf};
   for (const std::string& text : options.regions) {
@@ -85,12 +113,18 @@ void read_regions(const CompareScriptOptions& options, pb::CompareRequest& reque
     const std::string name = as_utf8(text.substr(0, equals));
     if (equals == std::string::npos || name.empty() || name.size() > kMaxRegionName) {
       problems.add("--region",
-                   fmt::format("'{}' is not NAME=x0,y0,x1,y1 with a name of 1 to {} bytes", text, kMaxRegionName));
+                   fmt::format("'{}' is not {} with a name of 1 to {} bytes", text, kRegionForms, kMaxRegionName));
       continue;
     }
     if (!names.insert(name).second) {
       problems.add("--region",
                    "'" + name + (name == kDarkHalf ? "' is a region that every comparison has" : "' is there twice"));
+    }
+    if (const auto disk = parse_disk(text.substr(equals + 1))) {
+      pb::CompareRegion& region = *request.add_regions();
+      region.set_name(name);
+      *region.mutable_disk() = *disk;
+      continue;
     }
     int values[4];
     const char *at = text.data() + equals + 1, *const end = text.data() + text.size();
@@ -102,7 +136,8 @@ void read_regions(const CompareScriptOptions& options, pb::CompareRequest& reque
     }
     if (!good || values[0] < 0 || values[1] < 0 || values[2] <= values[0] || values[3] <= values[1]) {
       problems.add("--region",
-                   fmt::format("'{}' is not NAME=x0,y0,x1,y1 in pixels with 0 <= x0 < x1 and 0 <= y0 < y1", text));
+                   fmt::format("'{}' is not {} in pixels with 0 <= x0 < x1, 0 <= y0 < y1 and 0 < radius", text,
+                               kRegionForms));
       continue;
     }
     pb::CompareRegion& region = *request.add_regions();
@@ -166,7 +201,11 @@ void add_compare_script_options(CLI::App& app, CompareScriptOptions& options) {
   add_text(app, options.reference_integrator, "--reference-integrator", "NAME",
            "Integrator that renders the reference: path, bdpt, pt+bdpt. Default: path");
   add_texts(app, options.regions, "--region", "NAME=x0,y0,x1,y1",
-            "A part of the picture whose errors are told apart; may be repeated, at most 16");
+            "A part of the picture whose errors are told apart: a rectangle, NAME=disk:x,y,radius, or "
+            "NAME=outside:x,y,radius, in pixels; may be repeated, at most 16");
+  add_text(app, options.gaze, "--gaze", "x,y",
+           "Where somebody looks, of modes with foveation, pixels from the picture's upper left corner. Default: its "
+           "centre");
   add_text(app, options.measures, "--measures", "LIST",
            "What is measured, comma-separated: " + join(short_names(*pb::CompareMeasure_descriptor()), ", ") +
                ". flicker needs --path. Default: all that apply");
@@ -195,6 +234,10 @@ void read_compare_script(const CompareScriptOptions& options, const TextOption& 
   }
   read_reference(options, reader, request);
   read_regions(options, request, reader.problems());
+  if (const auto point = reader.pair(options.gaze, {-kMostGazePixels, kMostGazePixels})) {
+    request.mutable_gaze()->set_x(point->first);
+    request.mutable_gaze()->set_y(point->second);
+  }
   read_measures(options, path, reader, request);
   request.set_exclusive(options.exclusive);
   request.set_send_pictures(true);
@@ -204,6 +247,15 @@ void read_compare_script(const CompareScriptOptions& options, const TextOption& 
 void check_regions(const pb::CompareRequest& request, int width, int height, Problems& problems) {
   if (width <= 0 || height <= 0) return;
   for (const pb::CompareRegion& region : request.regions()) {
+    if (region.has_disk()) {
+      const pb::CompareRegion::Disk& disk = region.disk();
+      const MeasuredRegion pixels{region.name(), {}, MeasuredRegion::Disk{disk.x(), disk.y(), disk.radius(),
+                                                                          disk.outside()}};
+      if (pixels.pixels(width, height).empty())
+        problems.add("--region", fmt::format("'{}' has no pixel of the picture; allowed: a part of {}x{}",
+                                             region.name(), width, height));
+      continue;
+    }
     const pb::Rect& r = region.rect();
     if (r.x1() <= width && r.y1() <= height) continue;
     problems.add("--region", fmt::format("'{}={},{},{},{}' reaches out of the picture; allowed: inside {}x{}",

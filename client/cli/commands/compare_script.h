@@ -13,7 +13,7 @@ namespace helio::cli {
 
 struct CompareScriptOptions {
   TextOption seeds, samples, time, measures, worst_pixels, reference, reference_error, reference_samples,
-      reference_integrator;
+      reference_integrator, gaze;
   std::vector<std::string> regions;
   bool common_seeds = false, exclusive = false;
 };
@@ -23,7 +23,7 @@ void add_compare_script_options(CLI::App& app, CompareScriptOptions& options);
 // are compared.
 void read_compare_script(const CompareScriptOptions& options, const TextOption& seed, bool path, OptionReader& reader,
                          heliograph::v1::CompareRequest& request);
-// Adds a problem for each region that reaches out of the picture.
+// Adds a problem for each region that reaches out of the picture, or has no pixel of it.
 void check_regions(const heliograph::v1::CompareRequest& request, int width, int height, Problems& problems);
 
 // The place from which references are loaded: a file, of one view; a folder with reference.view0.exr,

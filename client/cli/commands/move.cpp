@@ -17,6 +17,7 @@
 #include "client/cli/commands/render_report.h"
 #include "client/cli/denoiser_options.h"
 #include "client/cli/exit_code.h"
+#include "client/cli/foveation_options.h"
 #include "client/cli/tev_option.h"
 #include "client/server_address.h"
 #include "renderer/base/clock.h"
@@ -36,7 +37,8 @@ struct MoveOptions {
   TextOption path, turn, orbit, pivot, shift, steps, step;
   TextOption play, preview_rate, preview_budget, preview_jpeg, reconnect;
   bool preview_upscaling = false;
-  TextOption foveation, viewing_distance, gaze;
+  FoveationOptions foveation;
+  TextOption gaze;
   SettingsOptions settings;
   BudgetOptions budget;
   FileOptions files;
@@ -60,7 +62,7 @@ constexpr const char* kHelp =
     "  or moved: \"turn_degrees\": A (positive: left), \"orbit_degrees\": A (around \"pivot\": [x,y,z]),\n"
     "           \"move\": [right, up, forward] in scene units\n"
     "  lens:    \"fov_degrees\": A (vertical), \"lens_radius\": L, \"focus_distance\": L\n"
-    "  gaze:    \"gaze\": [x,y] in pixels from the upper left corner, or null; with --foveation density\n"
+    "  gaze:    \"gaze\": [x,y] in pixels from the upper left corner, or null; with --foveation\n"
     "  budget:  \"samples\": N, \"time_s\": T, \"error\": E, for this view instead of the command's\n"
     "  again:   \"repeat\": N\n"
     "Example: {\"views\": [{\"samples\": 256}, {\"turn_degrees\": 5, \"samples\": 64, \"repeat\": 20}]}\n"
@@ -121,36 +123,21 @@ void add_preview_options(CLI::App& app, MoveOptions& options) {
 }
 
 void add_gaze_options(CLI::App& app, MoveOptions& options) {
-  add_text(app, options.foveation, "--foveation", "KIND",
-           "none, or density: samples go where --gaze and the path's gazes are, fewer elsewhere. Default: none");
-  add_text(app, options.viewing_distance, "--viewing-distance", "D",
-           "Of the eye from the picture, in heights of the picture, [0.25, 20], with --foveation density. Default: 2");
+  add_foveation_options(app, options.foveation);
   add_text(app, options.gaze, "--gaze", "x,y",
-           "Where somebody looks, pixels from the picture's upper left corner. Default, with --foveation density: its "
-           "centre");
+           "Where somebody looks, pixels from the picture's upper left corner, with --foveation. Default: its centre");
 }
 
 // The gaze that is asked for; none: none is, or the picture's centre is meant.
 std::optional<pb::Gaze> read_gaze(const MoveOptions& options, OptionReader& reader, pb::RenderSettings& settings) {
-  const auto kind = reader.choice(options.foveation, {"none", "density"});
-  const bool foveated = kind == "density";
-  if (foveated) settings.set_foveation(pb::FOVEATION_DENSITY);
-  const auto distance = reader.number(options.viewing_distance, {0.25, 20});
-  if (distance) settings.set_viewing_distance(*distance);
+  const bool foveated = read_foveation(options.foveation, reader, settings);
   const auto point = reader.pair(options.gaze, {-kMostGazePixels, kMostGazePixels});
-  for (const TextOption* option : {&options.viewing_distance, &options.gaze})
-    if (option->given() && !foveated) reader.problem(*option, "is only valid with --foveation density");
+  if (options.gaze.given() && !foveated)
+    reader.problem(options.gaze, "is only valid with --foveation density and --foveation paper");
   if (!point) return std::nullopt;
   pb::Gaze gaze;
   gaze.set_x(point->first);
   gaze.set_y(point->second);
-  return gaze;
-}
-
-pb::Gaze centre_of_film(const pb::RenderSettings& settings) {
-  pb::Gaze gaze;
-  gaze.set_x(0.5 * settings.width());
-  gaze.set_y(0.5 * settings.height());
   return gaze;
 }
 
@@ -372,7 +359,7 @@ int run(const CLI::App& app, const MoveOptions& options) {
   auto& open = std::get<OpenScene>(opened);
   RenderClient& client = open.renderer.client();
   const pb::SceneInfo& scene = open.scene();
-  if (request.settings().foveation() == pb::FOVEATION_DENSITY && !gaze) gaze = centre_of_film(request.settings());
+  if (request.settings().foveation() > pb::FOVEATION_NONE && !gaze) gaze = centre_of_film(request.settings());
   const PathStart start{open.camera.view(), pivot.value_or(centre_of(scene)), cameras_of(scene), gaze};
   const auto views =
       options.path.given() ? read_path_views(options.path, path_text, scale, start) : play_motion(motion, start);

@@ -18,7 +18,8 @@ struct PublishedFigure {
   std::string mode;           // in the paper's words: "BDPT"
   std::string our_mode;       // the name of a mode of the experiment; empty: Heliograph has no such mode
   std::uint32_t samples = 0;  // per pixel; 0: the paper does not say
-  std::string measure;        // a short name of CompareMeasure, or one of those above
+  // A short name of CompareMeasure, or one of those above; of a region "flip@fovea".
+  std::string measure;
   double value = kUnpublished;
   double seconds = kUnpublished;  // that the paper's picture took
   std::string place;              // "table B.1"
@@ -40,11 +41,14 @@ struct Experiment {
   std::string graph;                    // where the paper draws what it prints no figures of: "figure 10"; may be empty
   std::vector<std::string> modes;       // NAME=MODE, as --mode of compare takes them; the first is the baseline
   std::vector<std::uint32_t> samples;   // budgets unless --samples gives others, rising
-  std::vector<std::string> measures;    // short names; those of the table
+  std::vector<std::string> measures;    // those of the table, as PublishedFigure has them
   std::vector<std::string> also = {};   // measured as well, for the report of the comparison alone
   std::vector<std::string> words = {};  // further words of the command line
   std::string path = {};                // a camera path (client/camera_path.h), JSON; empty: a still
   std::vector<PublishedFigure> published = {};
+  // Radius of a disk around the picture's middle, over half of its diagonal, where somebody looks; the regions fovea, and
+  // periphery around it. 0: none.
+  double fovea = 0;
 };
 
 struct Preset {

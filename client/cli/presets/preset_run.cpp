@@ -3,6 +3,8 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <map>
 #include <set>
 #include <system_error>
@@ -92,6 +94,7 @@ class PresetRun {
   CommandContext& context_;
   const RunComparison& run_;
   Preset preset_;
+  std::pair<int, int> size_{0, 0};  // of the pictures
   std::vector<PresetResult> results_;
 };
 
@@ -109,6 +112,14 @@ void PresetRun::read_flags() {
     reader.problem(options_.scenes, "'" + options_.scenes.text + "' is no folder");
   }
   if (!name) return;
+  size_ = {preset_.width, preset_.height};
+  for (const GivenOption& option : given_) {
+    if (option.name != "--size" || option.values.empty()) continue;
+    const std::string& text = option.values.front();
+    const std::size_t cross = text.find('x');
+    // The comparison refuses what is no size.
+    if (cross != std::string::npos) size_ = {std::atoi(text.c_str()), std::atoi(text.c_str() + cross + 1)};
+  }
   choose(preset_);
   if (!context_.problems.empty()) return;
   std::set<std::string> files;
@@ -157,10 +168,24 @@ std::vector<std::string> PresetRun::words_of(const PresetResult& result) const {
   const Experiment& experiment = result.experiment;
   std::vector<std::string> words{result.file[0] == '-' ? "./" + result.file : result.file};
   for (const std::string& mode : experiment.modes) words.insert(words.end(), {"--mode", mode});
-  std::vector<std::string> measures = experiment.measures;
-  measures.insert(measures.end(), experiment.also.begin(), experiment.also.end());
+  std::vector<std::string> measures;
+  for (const auto* some : {&experiment.measures, &experiment.also}) {
+    for (const std::string& measure : *some) {
+      const std::string name = measure.substr(0, measure.find('@'));
+      if (is_of_time(name) || std::find(measures.begin(), measures.end(), name) != measures.end()) continue;
+      measures.push_back(name);
+    }
+  }
   words.insert(words.end(), {"--measures", joined(measures)});
   words.insert(words.end(), experiment.words.begin(), experiment.words.end());
+  if (experiment.fovea > 0) {
+    const auto [width, height] = size_;
+    const double x = 0.5 * width, y = 0.5 * height;
+    for (const auto& [name, kind] : {std::pair("fovea", "disk"), std::pair("periphery", "outside")}) {
+      words.insert(words.end(),
+                   {"--region", fmt::format("{}={}:{},{},{}", name, kind, x, y, experiment.fovea * std::hypot(x, y))});
+    }
+  }
   if (!experiment.path.empty())
     words.insert(words.end(), {"--path", (output_ / (experiment.name + ".path.json")).string()});
   const std::pair<std::string, std::string> defaults[] = {

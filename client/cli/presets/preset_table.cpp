@@ -17,6 +17,12 @@ std::string name_of_mode(const std::string& mode) {
   return mode.substr(0, mode.find('='));
 }
 
+// "flip@fovea": the measure, and the region, which may be empty.
+std::pair<std::string, std::string> name_and_region(const std::string& measure) {
+  const std::size_t at = measure.find('@');
+  return {measure.substr(0, at), at == std::string::npos ? "" : measure.substr(at + 1)};
+}
+
 std::string baseline_of(const Experiment& experiment) {
   return name_of_mode(experiment.modes.front());
 }
@@ -64,11 +70,13 @@ std::optional<Measured> value_at(const PresetResult& result, const std::string& 
     if (seconds && measure == kFramesMeasure) seconds->value = inverse(seconds->value);
     return seconds;
   }
-  const auto wanted = from_short_name<pb::CompareMeasure>(measure);
+  const auto [name, region] = name_and_region(measure);
+  const auto wanted = from_short_name<pb::CompareMeasure>(name);
   const pb::ComparePoint* const point = find_point(*result.record, mode, samples, false);
   if (!wanted || !point) return std::nullopt;
   for (const auto& value : point->values())
-    if (value.measure() == *wanted && value.region().empty()) return Measured{value.value(), value.few_pixels_decide()};
+    if (value.measure() == *wanted && value.region() == region)
+      return Measured{value.value(), value.few_pixels_decide()};
   return std::nullopt;
 }
 
@@ -77,9 +85,10 @@ std::optional<Interval> ratio_of(const pb::CompareRecord& record, const std::str
   const SeedRatios ratios(record);
   if (measure == kSecondsMeasure) return ratios.of_seconds(top, bottom);
   if (measure == kFramesMeasure) return ratios.of_seconds(bottom, top);
-  const auto wanted = from_short_name<pb::CompareMeasure>(measure);
+  const auto [name, region] = name_and_region(measure);
+  const auto wanted = from_short_name<pb::CompareMeasure>(name);
   const auto last = std::uint32_t(view_count(record.request()) - 1);
-  return wanted ? ratios.of_errors(*wanted, last, top, bottom) : std::nullopt;
+  return wanted ? ratios.of_errors(*wanted, last, top, bottom, region) : std::nullopt;
 }
 
 // The first mode's figure that another is compared with: of the same time, else of the same samples.

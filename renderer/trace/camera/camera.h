@@ -66,6 +66,10 @@ class Camera {
   bool pinhole() const { return lens_radius_ == 0; }
   // A pixel's cone, the lens taken as a point.
   const RayCone& cone() const { return cone_; }
+  void widen_cone(float factor) {
+    cone_.width *= factor;
+    cone_.spread *= factor;
+  }
   int width() const { return width_; }  // of the film, in pixels
   int height() const { return height_; }
 

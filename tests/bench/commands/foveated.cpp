@@ -1,6 +1,7 @@
 // What a gaze at the middle of the picture changes: previews of a drag, with and without upscaling, by what they take and
 // by FLIP inside the disk that the gaze sees and flicker outside; and a film at rest, by its error inside the disk over
-// time. The disk is that of Mrad 2022: 15 % of the distance to the farthest corner.
+// time. The disk is that of Mrad 2022: 15 % of the distance to the farthest corner. And what Mrad published, with and
+// without upscaling, beside ours in the same time.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -11,6 +12,7 @@
 
 #include "renderer/codec/display_image.h"
 #include "renderer/metrics/flip.h"
+#include "renderer/metrics/weighted_median.h"
 #include "tests/bench/scenes/error_scenes.h"
 #include "tests/bench/scenes/over_scenes.h"
 #include "tests/bench/scenes/preview_drag.h"
@@ -38,14 +40,26 @@ bool in_disk(int x, int y, const RenderSettings& s) {
 // Means over the views that are looked at.
 struct Seen {
   double milliseconds = 0, flip = 0, disk_flip = 0, flicker = 0;  // flicker: outside the disk
+  std::vector<double> medians;                                    // weighted ones of FLIP, by view
 };
 
 struct Variant {
   const char* name;
-  bool gaze, upscaling;
+  Foveation foveation = Foveation::none;
+  bool upscaling = false;
+  PublishedFoveation published = {};
 };
-constexpr Variant kPlain{"plain", false, false}, kGaze{"gaze", true, false}, kUpscaled{"upscaled", false, true},
-    kBoth{"gaze_upscaled", true, true};
+constexpr Variant kPlain{"plain"}, kGaze{"gaze", Foveation::density}, kUpscaled{"upscaled", Foveation::none, true},
+    kBoth{"gaze_upscaled", Foveation::density, true};
+// The paper's modes: foveated, with upscaling, and with temporal anti-aliasing as well; the last with all faults mended.
+constexpr PublishedFoveation kWithout{.antialiasing = false}, kSmaller{.disk = 0.12443},
+    kMended{.reject_history = true, .fixed_disk = true, .mean_rate = true, .surface_motion = true};
+constexpr Variant kPublished{"published", Foveation::paper, false, kWithout},
+    kPublishedUpscaled{"published_upscaled", Foveation::paper, true, kWithout},
+    kPublishedWhole{"published_antialiased", Foveation::paper, true},
+    kPublishedSmaller{"published_smaller_disk", Foveation::paper, true, kSmaller},
+    kPublishedMended{"published_mended", Foveation::paper, true, kMended};
+constexpr double kLeastBudget = 0.005;
 
 using Truths = std::vector<ErrorScene>;  // of the views that are looked at
 
@@ -53,7 +67,8 @@ RenderSettings settings_of(const ErrorScene& scene, const Variant& variant, doub
   RenderSettings settings = scene.settings;
   settings.mode = RenderMode::combined;
   settings.preview = {.rate = kRate, .budget_s = budget_s, .upscaling = variant.upscaling};
-  if (variant.gaze) settings.foveation.kind = Foveation::density;
+  settings.foveation.kind = variant.foveation;
+  settings.foveation.published = variant.published;
   return settings;
 }
 
@@ -63,7 +78,7 @@ Result<Seen> see(RenderEngine& engine, const BenchOptions& options, const ErrorS
   what.settings = settings_of(scene, variant, budget_s);
   what.looked_at = kLookedAt;
   const Gaze middle{0.5 * what.settings.width, 0.5 * what.settings.height};
-  if (variant.gaze) what.gaze = [middle](int) { return middle; };
+  if (variant.foveation != Foveation::none) what.gaze = [middle](int) { return middle; };
   const auto dragged = drag_previews(engine, scene, what);
   if (!dragged) return dragged.error();
   while (truths.size() < kLookedAt.size()) {
@@ -83,6 +98,9 @@ Result<Seen> see(RenderEngine& engine, const BenchOptions& options, const ErrorS
     const LoopPicture& preview = dragged->previews[i];
     const auto flip = hdr_flip(preview.view(), truths[i].reference.view());
     if (!flip) return flip.error();
+    const auto median = weighted_median(flip->error);
+    if (!median) return median.error();
+    seen.medians.push_back(*median);
     double sum = 0, pixels = 0;
     for (int y = 0; y < preview.height; ++y) {
       for (int x = 0; x < preview.width; ++x) {
@@ -142,6 +160,38 @@ Result<double> film_ratio(RenderEngine& engine, const ErrorScene& scene) {
   return product[1] / product[0];
 }
 
+// The paper's modes, and ours in the time of its last one.
+template <class Add>
+Status measure_published(RenderEngine& engine, const BenchOptions& options, const ErrorScene& scene, Truths& truths,
+                         const Seen& plain, const Add& add) {
+  std::vector<Seen> all;
+  for (const Variant& variant :
+       {kPublished, kPublishedUpscaled, kPublishedWhole, kPublishedSmaller, kPublishedMended}) {
+    const auto seen = see(engine, options, scene, variant, kPlainBudget, truths);
+    if (!seen) return seen.error();
+    const std::string name = variant.name;
+    add(name + ".milliseconds", seen->milliseconds, "ms", std::nullopt);
+    add(name + ".disk_flip", seen->disk_flip, "", std::nullopt);
+    add(name + ".flip", seen->flip, "", std::nullopt);
+    add(name + ".flicker_over_plain", seen->flicker / plain.flicker, "x", std::nullopt);
+    all.push_back(*seen);
+  }
+  add("published_upscaled.time_over_published", all[1].milliseconds / all[0].milliseconds, "x", 0.667);
+  const Seen& theirs = all[2];
+  const double budget_s = std::max(1e-3 * theirs.milliseconds, kLeastBudget);
+  const auto ours = see(engine, options, scene, {"ours_in_the_same_time", kBoth.foveation, kBoth.upscaling}, budget_s,
+                        truths);
+  if (!ours) return ours.error();
+  add("ours_in_the_same_time.time_over_published", ours->milliseconds / theirs.milliseconds, "x", std::nullopt);
+  for (std::size_t view = 0; view < theirs.medians.size(); ++view) {
+    const std::string of = ".flip_median.view" + std::to_string(kLookedAt[view]);
+    add("published_antialiased" + of, theirs.medians[view], "", std::nullopt);
+    add("ours_in_the_same_time" + of, ours->medians[view], "", theirs.medians[view]);
+  }
+  add("ours_in_the_same_time.flicker_over_published", ours->flicker / theirs.flicker, "x", std::nullopt);
+  return ok_status();
+}
+
 Status measure(RenderEngine& engine, const BenchOptions& options, const ErrorScene& scene, Figures& figures,
                OverScenes& all) {
   Truths truths;
@@ -165,7 +215,7 @@ Status measure(RenderEngine& engine, const BenchOptions& options, const ErrorSce
       if (seen->disk_flip <= plain->disk_flip + kLikeFlip) break;
     }
     const std::string name = variant.name;
-    const bool goals = variant.gaze && !variant.upscaling;
+    const bool goals = variant.foveation == Foveation::density && !variant.upscaling;
     add(name + ".milliseconds", found->milliseconds, "ms", std::nullopt);
     add(name + ".time_over_plain", found->milliseconds / plain->milliseconds, "x",
         goals ? std::optional(0.5) : std::nullopt);
@@ -173,6 +223,7 @@ Status measure(RenderEngine& engine, const BenchOptions& options, const ErrorSce
     add(name + ".flip", found->flip, "", std::nullopt);
     add(name + ".flicker_over_plain", found->flicker / plain->flicker, "x", goals ? std::optional(1.5) : std::nullopt);
   }
+  if (const Status done = measure_published(engine, options, scene, truths, *plain, add); !done) return done;
   const auto film = film_ratio(engine, scene);
   if (!film) return film.error();
   add("film.disk_error_time_over_uniform", *film, "x", 0.4);

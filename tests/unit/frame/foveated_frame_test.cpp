@@ -6,6 +6,7 @@
 #include <optional>
 #include <thread>
 
+#include "recording_sink.h"
 #include "renderer/frame/stages/allocate.h"
 #include "tests/support/loop_views.h"
 #include "tests/support/small_rooms.h"
@@ -189,6 +190,12 @@ TEST(FoveatedSettings, WhatDoesNotGoTogetherIsRefused) {
   bad = foveated(RenderMode::pt);
   bad.foveation.viewing_distance = 0.1;
   EXPECT_NE(problems_of(bad).find("viewing_distance: 0.1; allowed: [0.25, 20]"), std::string::npos);
+  bad = foveated(RenderMode::pt, Foveation::paper);
+  EXPECT_EQ(problems_of(bad), "");  // the viewing distance is not looked at
+  bad.foveation.published.disk = 0.001;
+  EXPECT_NE(problems_of(bad).find("foveation_paper.disk: 0.001; allowed: [0.01, 1]"), std::string::npos);
+  bad.foveation.published.disk = std::nan("");
+  EXPECT_NE(problems_of(bad).find("foveation_paper.disk"), std::string::npos);
   View view;
   view.camera = kHome;
   for (const double x : {std::nan(""), 2e6, -HUGE_VAL}) {
@@ -198,6 +205,37 @@ TEST(FoveatedSettings, WhatDoesNotGoTogetherIsRefused) {
     ASSERT_EQ(problems.size(), 1u);
     EXPECT_NE(problems.to_error().to_string().find("view.gaze.x"), std::string::npos);
   }
+}
+
+// Films are those of no foveation, also where it is switched on in the middle; previews have a history of their own.
+TEST(PublishedFoveation, ChangesNoFilm) {
+  RenderEngine engine(2);
+  const auto scene = build(lambert_room());
+  RenderSettings plain = foveated(RenderMode::pt, Foveation::none), published = plain;
+  published.foveation.kind = Foveation::paper;
+  EXPECT_TRUE(same_pictures(plain, published));
+  EXPECT_FALSE(same_pictures(foveated(RenderMode::pt), published));
+  EXPECT_FALSE(counts_differ(published));
+  LoopViews without(engine, scene, plain), with(engine, scene, published);
+  with.gaze = Gaze{20, 32};
+  const ViewPicture expected = without.render(kHome, 16), &found = with.render(kHome, 16);
+  for (int c = 0; c < 3; ++c) EXPECT_EQ(found.radiance[c], expected.radiance[c]);
+
+  plain.preview.rate = published.preview.rate = 30;
+  const auto sink = std::make_shared<RecordingSink>();
+  RenderLoop loop(engine, scene, plain, {}, RenderRank::interactive, sink);
+  const std::size_t ours = loop.memory_bytes();
+  RenderLoop::Update update;
+  update.settings = published;
+  EXPECT_FALSE(loop.previews_suit(published));
+  loop.update(update);
+  EXPECT_TRUE(loop.previews_suit(published));
+  EXPECT_GT(loop.memory_bytes(), ours);
+  published.foveation.published.reject_history = true;
+  EXPECT_TRUE(loop.previews_suit(published));
+  update.settings = plain;
+  loop.update(update);
+  EXPECT_EQ(loop.memory_bytes(), ours);
 }
 
 }  // namespace

@@ -175,6 +175,9 @@ TEST_F(PreviewFrame, SizeRegionSceneAndSettingsMayChangeInTheMiddle) {
     }
     if (i % 4 == 2) settings.region = PixelRect{10, 20, 70, 60};
     if (i % 4 == 3) settings.preview.rate = i == 7 ? 0 : 120;
+    if (i % 3 == 2) settings.foveation.kind = i == 5 ? Foveation::none : Foveation::paper;
+    settings.preview.upscaling = i % 2 == 1;
+    if (i > 3) update.view->gaze = Gaze{7.0 * i, 90.0 - i};
     update.settings = settings;
     if (i % 5 == 4) update.scene = i == 4 ? mixed : room;
     revision = loop.update(update);

@@ -218,7 +218,33 @@ TEST(ComparisonPictureErrors, OfRegionsCountTheirPixelsAlone) {
   EXPECT_NEAR(*find(*values, Measure::bias, "right"), -1.0 / 2, 1e-6);
   // The left half is the darker one.
   EXPECT_NEAR(*find(*values, Measure::mse, kDarkHalf), 4.0 / 16, 1e-6);
-  EXPECT_FALSE(find(*values, Measure::flip, "right").has_value());
+  EXPECT_FALSE(find(*values, Measure::dssim, "right").has_value());
+  EXPECT_FALSE(find(*values, Measure::flip, kDarkHalf).has_value());
+}
+
+// FLIP looks at pictures as wholes, and regions have the errors that their pixels have there.
+TEST(ComparisonPictureErrors, OfDisksAreThoseOfTheWholePicture) {
+  Picture reference(24, 16, 0.2f), picture(24, 16, 0.2f);
+  test::Draws draws(3);
+  for (auto& channel : picture.channels)
+    for (float& value : channel) value += float(0.1 * draws.normal() * draws.normal());
+  PictureErrorOptions options;
+  options.measures = 1u << unsigned(Measure::flip) | 1u << unsigned(Measure::hdr_flip_median) | 1u;
+  const MeasuredRegion::Disk disk{12, 8, 5, false}, around{12, 8, 5, true};
+  options.regions = {{"disk", {}, disk}, {"around", {}, around}};
+  const std::size_t inside = options.regions[0].pixels(24, 16).size(), outside = options.regions[1].pixels(24, 16).size();
+  EXPECT_EQ(inside + outside, 24u * 16u);
+  EXPECT_EQ(inside, 80u);  // as the circle's area, 78.5
+  const auto values = picture_errors(picture.view(), plain(reference), options);
+  ASSERT_TRUE(values.ok());
+  for (const Measure measure : {Measure::flip, Measure::mse}) {
+    const double whole = *find(*values, measure), a = *find(*values, measure, "disk"),
+                 b = *find(*values, measure, "around");
+    EXPECT_NEAR(a * double(inside) + b * double(outside), whole * 24 * 16, 1e-4 * whole * 24 * 16);
+    EXPECT_NE(a, b);
+  }
+  EXPECT_GT(*find(*values, Measure::hdr_flip_median, "disk"), 0);
+  EXPECT_FALSE(find(*values, Measure::flip_median, "disk").has_value());
 }
 
 // A tenth of a percent of fewer than 1,000 pixels is no pixel, and the share of one of them would be another measure.
