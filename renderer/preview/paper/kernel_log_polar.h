@@ -61,9 +61,10 @@ class KernelLogPolar {
   // Eq. 4.5: columns before it lie within the radius.
   int first_column(double radius) const { return std::min(int(std::ceil(column_at(radius))), columns_); }
 
-  // Diameter of the radial blur at a distance, pixels of the buffer, eq. 4.4.
+  // Diameter of the radial blur at a distance, pixels of the buffer: eq. 4.4, whose pixels are those of the paper's
+  // buffer of 1,080 rows. Taken as they are, they would be all of a small picture's buffer outside the disk.
   double blur_diameter(double distance) const {
-    return std::max(3 + 0.8 * (distance / farthest_ - 0.1) / 0.05, 0.0);
+    return std::max(3 + 0.8 * (distance / farthest_ - 0.1) / 0.05, 0.0) * rows_ / kPublishedRows;
   }
   // Bias of the level of detail in a column, levels: eq. 4.2 without upscaling's own, and 4.3.
   double detail_bias(double column) const {
@@ -71,6 +72,7 @@ class KernelLogPolar {
     return kBaseBias + 3 * smooth * smooth * smooth;
   }
   static constexpr double kBaseBias = 0.3;
+  static constexpr double kPublishedRows = 1080;
 
  private:
   double gaze_x_, gaze_y_, farthest_, log_farthest_;

@@ -139,11 +139,11 @@ TEST(KernelLogPolar, GoesThereAndBack) {
 
 TEST(KernelLogPolar, BlurAndDetailFollowTheDistance) {
   const KernelLogPolar map(640, 360, 320, 180);
-  const double farthest = map.farthest();
-  EXPECT_NEAR(map.blur_diameter(0.1 * farthest), 3, 1e-9);
-  EXPECT_NEAR(map.blur_diameter(0.15 * farthest), 3.8, 1e-9);
-  EXPECT_NEAR(map.blur_diameter(farthest), 17.4, 1e-9);
-  EXPECT_NEAR(map.blur_diameter(0), 1.4, 1e-9);
+  const double farthest = map.farthest(), published = 200.0 / 1080;
+  EXPECT_NEAR(map.blur_diameter(0.1 * farthest), 3 * published, 1e-9);
+  EXPECT_NEAR(map.blur_diameter(0.15 * farthest), 3.8 * published, 1e-9);
+  EXPECT_NEAR(map.blur_diameter(farthest), 17.4 * published, 1e-9);
+  EXPECT_NEAR(map.blur_diameter(0), 1.4 * published, 1e-9);
   EXPECT_NEAR(map.detail_bias(0), 0.3, 1e-9);
   EXPECT_NEAR(map.detail_bias(map.columns()), 3.3, 1e-9);
   const double u = 0.9, k = std::pow(u, 4), smooth = 3 * k * k - 2 * k * k * k;
@@ -203,8 +203,7 @@ TEST(Retention, JitterIsAHaltonSequence) {
   EXPECT_NEAR(y, 0, 0.02);
 }
 
-// The mean of many previews of one view is that of the film: in the disk to the pixel, but for noise; outside blurred,
-// in small pictures by so much that what is bright shows far away.
+// The mean of many previews of one view is that of the film: in the disk to the pixel, but for noise; outside blurred.
 TEST(PaperPreview, HasTheLightOfTheFilm) {
   const auto scene = build(lambert_room());
   const Picture film = picture_of(render(*scene, kHome, kWidth, kHeight, 64));
@@ -220,7 +219,7 @@ TEST(PaperPreview, HasTheLightOfTheFilm) {
     }
     EXPECT_NEAR(mean_luminance(mean, in_disk), mean_luminance(film, in_disk), 0.06 * mean_luminance(film, in_disk))
         << upscaling;
-    EXPECT_NEAR(mean_luminance(mean, outside) / mean_luminance(film, outside), 1, upscaling ? 0.4 : 0.08) << upscaling;
+    EXPECT_NEAR(mean_luminance(mean, outside) / mean_luminance(film, outside), 1, 0.1) << upscaling;
     EXPECT_LT(difference(mean, film, in_disk), 0.3 * mean_luminance(film, in_disk)) << upscaling;
   }
 }
@@ -266,7 +265,7 @@ TEST(PaperPreview, AntialiasingSteadiesWhatIsOutsideTheDisk) {
   EXPECT_NEAR(change(true, in_disk), change(false, in_disk), 0.3 * change(false, in_disk));
 }
 
-// Without rejection what was before a jump shows through.
+// Without rejection what was before shows through; with the motion of what was there before, it is the wrong place.
 TEST(PaperPreview, RejectionMendsGhosts) {
   const auto scene = build(mixed_scene());
   const CameraPose after = turned(8);
@@ -277,17 +276,17 @@ TEST(PaperPreview, RejectionMendsGhosts) {
     Previews previews(scene);
     previews.published = published;
     for (int time = 0; time < kTimes; ++time) {
-      for (int k = 0; k < 6; ++k) previews.show(turned(-8));
       Picture last;
-      for (int k = 0; k < 3; ++k) last = previews.show(after);
+      for (int k = 0; k <= 8; ++k) last = previews.show(turned(-8 + 2 * k));
       sum += difference(last, film, outside) / kTimes;
     }
     return sum;
   };
   const double published = error({}), moved = error({.surface_motion = true}),
                mended = error({.reject_history = true, .surface_motion = true});
+  printf("published %g moved %g mended %g without %g\n", published, moved, mended, error({.antialiasing = false}));
   EXPECT_LT(moved, published);
-  EXPECT_LT(mended, 1.02 * moved);
+  EXPECT_LT(mended, moved);
 }
 
 TEST(PaperPreview, AnyGazeAndRegionIsDefined) {
