@@ -20,8 +20,9 @@ class GazeTest(ViewerCase):
 
     def place(self, x, y, number=0):
         """A point of a film, in CSS pixels of the window."""
-        return self.page.run("const v = heliograph.app.viewports[arguments[2]], r = v.overlay.getBoundingClientRect(),"
-                             "at = v.stageAt(arguments[0], arguments[1]); return [r.left + at[0], r.top + at[1]]", x, y, number)
+        return self.page.run("const [x, y, number] = arguments, v = heliograph.app.viewports[number];"
+                             "const r = v.overlay.getBoundingClientRect(), at = v.stageAt(x, y);"
+                             "return [r.left + at[0], r.top + at[1]]", x, y, number)
 
     def point_at(self, x, number=0):
         at = self.place(x, 60, number)
@@ -88,7 +89,7 @@ class GazeTest(ViewerCase):
         self.tap(40, 30)
         self.wait_for_gaze(40, 30)
         # By fingers alone it is pinned, too.
-        self.assertFalse(self.page.run("return document.getElementById('gaze-pin').hidden"))
+        self.assertFalse(self.page.run("return document.getElementById('gaze-pin').parentElement.hidden"))
         self.page.run("document.getElementById('gaze-pin').click()")
         self.assertEqual(self.page.run("return document.getElementById('gaze-pin').ariaPressed"), "true")
         self.tap(100, 30)
@@ -104,7 +105,7 @@ class GazeTest(ViewerCase):
         self.open(**FOVEATED | {"foveation": 1, "samples": 16})
         self.page.wait_for_end()
         self.assertEqual(self.page.run("return document.getElementById('foveation').value"), "0")
-        self.assertTrue(self.page.run("return document.getElementById('gaze-pin').hidden"))
+        self.assertTrue(self.page.run("return document.getElementById('gaze-pin').parentElement.hidden"))
         self.assertIsNone(self.page.state()["gaze"])
         self.assertEqual(self.gazes(), 0)
         view = self.page.state()["sentViewId"]
