@@ -109,8 +109,9 @@ class Session(SessionMethods):
         """The picture of the present view, once it is done.
 
         error, samples, seconds: the budget from now on, as of Error, Samples and Seconds, the first to be reached;
-        without any the one that the session has. timeout: seconds to wait at most, then DeadlineExceeded; the render
-        goes on.
+        without any the one that the session has. A picture that is beyond it when it reaches the daemon ends as it is:
+        one that began without `until` may have more samples, in all pixels or in some. timeout: seconds to wait at
+        most, then DeadlineExceeded; the render goes on.
         InvalidArgument: no budget at all, or a change that the daemon refused before, which is told once: the session
         goes on with what it had. RenderFailed. Whatever ended the stream is raised, too.
         """

@@ -80,7 +80,7 @@ export class RenderPanel {
       '',
       change('foveation'),
     );
-    this.foveation.title = 'Samples go where you look: the pointer, the pixel that keys or a tap inspect, a pinned point';
+    this.foveation.title = 'Samples go where you look: the pointer, a pixel that keys or a tap inspect, a pinned point';
     this.pin = button('gaze-pin', 'Pin', () => app.gaze.pin(), {
       'aria-label': 'Pin the gaze',
       title: 'The gaze stays at its point (L)',
@@ -125,7 +125,8 @@ export class RenderPanel {
           field('Previews / s', 'preview-rate', this.rate),
           field('Preview, ms', 'preview-budget', this.previewBudget),
           field('Preview rays', 'preview-upscaling', this.upscaling),
-          field('Foveation', 'foveation', this.foveation, this.pin),
+          field('Foveation', 'foveation', this.foveation),
+          (this.pinRow = field('Gaze', 'gaze-pin', this.pin)),
         ),
       ),
       this.notes,
@@ -148,7 +149,7 @@ export class RenderPanel {
     this.previewBudget.value = wanted.preview_budget_ms || '';
     const { gaze } = this.app;
     this.foveation.value = gaze.on ? this.density : '0';
-    this.pin.hidden = !gaze.on;
+    this.pinRow.hidden = !gaze.on;
     this.pin.setAttribute('aria-pressed', String(gaze.pinned));
     this.upscaling.value = String(wanted.preview_upscaling);
     this.size.value = SIZES.some(([value]) => value === wanted.size) ? wanted.size : 'custom';
