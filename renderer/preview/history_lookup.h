@@ -18,6 +18,8 @@ class HistoryLookup {
   // Light and samples of the window's pixels that have none. Surfaces of the window must be known. Thread safe for
   // different windows.
   void run(const PixelRect& window) const;
+  // The same of one pixel of the film, wherever it is kept.
+  void look_up(int x, int y, PreviewPixel& pixel) const { run_pixels(x, y, 1, &pixel); }
 
  private:
   struct Source {
@@ -31,7 +33,7 @@ class HistoryLookup {
     Rgb light{0, 0, 0};
     float samples = 0;  // 0: the light filled a gap there
   };
-  void run_row(int x, int y, int count) const;
+  void run_pixels(int x, int y, int count, PreviewPixel* pixels) const;
   // `to`: where the source shows the pixel.
   Found look(const Source& source, const ViewMapping::Point& to, const PreviewPixel& pixel, float slope) const;
 

@@ -69,7 +69,7 @@ void Preview::find_surfaces(const PixelRect& window, TraceStats& stats) {
   const SurfacePass surfaces(*target_.scene, surface_camera_, colors, *history_);
   if (target_.density || target_.upscaling) {
     const SparseSurfaces::Spacing spacing{target_.density ? &*target_.density : nullptr, target_.upscaling};
-    const SparseSurfaces sparse(surfaces, view_, before_, spacing, *history_);
+    const SparseSurfaces sparse(surfaces, view_, before_, spacing, *history_, &*lookup_);
     stats.rays += sparse.run(window);
     return;
   }

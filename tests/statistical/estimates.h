@@ -10,6 +10,7 @@
 #include "renderer/film/core/film.h"
 #include "renderer/scene/images/image_decoder.h"
 #include "tests/statistical/z_test.h"
+#include "tests/support/loop_views.h"
 #include "tests/support/pixel_moments.h"
 #include "tests/support/shared_data.h"
 
@@ -43,6 +44,18 @@ inline Estimate estimate_of(const Film& film) {
     }
   }
   return e;
+}
+
+inline Estimate estimate_of(const ViewPicture& picture) {
+  Estimate estimate{picture.width, picture.height, {}, {}};
+  for (std::size_t i = 0; i < picture.samples.size(); ++i) {
+    const auto at = [i](const std::vector<float>(&channels)[3]) {
+      return V3d(channels[0][i], channels[1][i], channels[2][i]);
+    };
+    estimate.mean.push_back(at(picture.radiance));
+    estimate.variance.push_back(at(picture.variance));
+  }
+  return estimate;
 }
 
 // NAME.mean.exr and NAME.variance.exr of a folder; empty, with a failure of the test, where one is missing or they do

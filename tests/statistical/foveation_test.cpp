@@ -5,6 +5,7 @@
 #include <cmath>
 #include <thread>
 
+#include "estimates.h"
 #include "moments.h"
 #include "tests/support/loop_views.h"
 #include "tests/support/own_scenes.h"
@@ -21,18 +22,6 @@ RenderSettings settings_of(RenderMode mode, std::uint64_t seed, Foveation foveat
   settings.seed = seed;
   settings.foveation = {foveation, 1.0};
   return settings;
-}
-
-Estimate estimate_of(const ViewPicture& picture) {
-  Estimate estimate{picture.width, picture.height, {}, {}};
-  for (std::size_t i = 0; i < picture.samples.size(); ++i) {
-    const auto at = [i](const std::vector<float>(&channels)[3]) {
-      return V3d(channels[0][i], channels[1][i], channels[2][i]);
-    };
-    estimate.mean.push_back(at(picture.radiance));
-    estimate.variance.push_back(at(picture.variance));
-  }
-  return estimate;
 }
 
 class FoveatedPicture : public testing::TestWithParam<RenderMode> {};

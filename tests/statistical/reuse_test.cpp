@@ -5,6 +5,7 @@
 #include <optional>
 #include <tuple>
 
+#include "estimates.h"
 #include "moments.h"
 #include "renderer/metrics/error_metrics.h"
 #include "reported_error.h"
@@ -96,18 +97,6 @@ TEST(Reuse, TheMeanIsBiasedByNoMoreThanIsReported) {
     EXPECT_LT(std::abs(stop.bias), 0.003 + 3 * stop.error);
     EXPECT_LT(std::abs(stop.bias), stop.bound + 3 * stop.error);
   }
-}
-
-Estimate estimate_of(const ViewPicture& picture) {
-  Estimate estimate{picture.width, picture.height, {}, {}};
-  for (std::size_t i = 0; i < picture.samples.size(); ++i) {
-    const auto at = [i](const std::vector<float>(&channels)[3]) {
-      return V3d(channels[0][i], channels[1][i], channels[2][i]);
-    };
-    estimate.mean.push_back(at(picture.radiance));
-    estimate.variance.push_back(at(picture.variance));
-  }
-  return estimate;
 }
 
 // A thousand tiny moves, out and back, a sample each; then a rest, at the very view that the anchor saw, where pixels

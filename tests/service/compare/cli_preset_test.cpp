@@ -234,6 +234,33 @@ TEST_F(CliPreset, TellsWhatSpeaksAgainstItsFigures) {
     EXPECT_NE((lines.out + lines.err).find(part), std::string::npos) << part << lines.out << lines.err;
 }
 
+// The published modes, ours, and the region that somebody looks at, of pictures of any size.
+TEST_F(CliPreset, MradsViewsAreDragsUnderAGaze) {
+  const Words words = line("mrad", {"--only", "sponza-central,sun-temple-statue"});
+  const Json json = heliograph_json(words);
+  const Json& central = json["experiments"][0];
+  EXPECT_EQ(central["problem"], nullptr) << central["problem"];
+  for (const auto& [mode, ours, value] : {std::tuple("foveated", "foveated", 0.228),
+                                          {"foveated + DLSS", "upscaled", 0.263},
+                                          {"foveated + DLSS + TAA", "antialiased", 0.262}}) {
+    const Json* const row = find_row(central, mode, 1, "flip-median");
+    ASSERT_TRUE(row) << mode;
+    EXPECT_EQ((*row)["our_mode"], ours);
+    EXPECT_EQ((*row)["published"], value);
+    EXPECT_EQ((*row)["remark"], "");
+  }
+  for (const char* mode : {"foveated", "upscaled", "antialiased", "mended", "ours", "ours-without-gaze"}) {
+    for (const char* measure : {"flip@fovea", "flicker@periphery", "frames-per-second"}) {
+      const Json* const row = find_row(central, mode, 1, measure);
+      ASSERT_TRUE(row) << mode << " " << measure;
+      EXPECT_GT((*row)["ours"]["mean"], 0) << mode << " " << measure;
+    }
+  }
+  const std::string record = read_file(folder_ / "kept/sponza-central/comparison.json");
+  EXPECT_NE(record.find("FOVEATION_PAPER"), std::string::npos);
+  EXPECT_NE(json["experiments"][1]["problem"].get<std::string>().find("sun-temple.glb"), std::string::npos);
+}
+
 TEST_F(CliPreset, NamesEveryProblemBeforeItRenders) {
   expect_refused({"compare", "--preset", "best", "--seeds", "0", "--output", "kept"},
                  {"--preset: 'best' is", "schalk, soares, mrad", "--scenes: is missing", "--seeds: '0'"});

@@ -393,6 +393,64 @@ TEST_F(CompareTest, PreviewsOfAPathAreMeasuredFromTheirViews) {
   EXPECT_EQ(previews, 2);
 }
 
+// A gaze goes to every view; parts of the picture have FLIP and flicker of their own.
+TEST_F(CompareTest, FollowsAGazeAndTellsOfDisks) {
+  start_with_scene();
+  pb::CompareRequest path = request();
+  for (pb::CompareMode& mode : *path.mutable_modes()) {
+    mode.set_picture(pb::COMPARED_PICTURE_PREVIEW);
+    mode.mutable_settings()->set_preview_rate(120);
+    mode.mutable_settings()->set_mode(pb::MODE_COMBINED);
+  }
+  path.mutable_modes(0)->mutable_settings()->set_foveation(pb::FOVEATION_PAPER);
+  path.mutable_modes(0)->mutable_settings()->set_preview_upscaling(true);
+  path.mutable_modes(1)->mutable_settings()->set_foveation(pb::FOVEATION_DENSITY);
+  for (const double x : {0.0, 0.05, 0.1}) *path.add_views() = camera(x);
+  path.clear_samples();
+  path.add_samples(2);
+  path.set_seeds(1);
+  path.mutable_gaze()->set_x(12);
+  path.mutable_gaze()->set_y(12);
+  for (const bool outside : {false, true}) {
+    pb::CompareRegion& region = *path.add_regions();
+    region.set_name(outside ? "around" : "fovea");
+    region.mutable_disk()->set_x(12);
+    region.mutable_disk()->set_y(12);
+    region.mutable_disk()->set_radius(5);
+    region.mutable_disk()->set_outside(outside);
+  }
+  const Outcome outcome = run(path);
+  ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
+  ASSERT_EQ(outcome.units().size(), 6u);
+  for (const pb::CompareUnit& unit : outcome.units()) {
+    const double whole = value_of(unit, pb::COMPARE_MEASURE_FLIP), fovea = value_of(unit, pb::COMPARE_MEASURE_FLIP, "fovea"),
+                 around = value_of(unit, pb::COMPARE_MEASURE_FLIP, "around");
+    EXPECT_NEAR(80 * fovea + (24 * 24 - 80) * around, 24 * 24 * whole, 0.01 * 24 * 24 * whole + 1e-6);
+    for (const char* region : {"", "fovea", "around"}) {
+      EXPECT_TRUE(std::isfinite(value_of(unit, pb::COMPARE_MEASURE_HDR_FLIP_MEDIAN, region))) << region;
+      EXPECT_EQ(std::isfinite(value_of(unit, pb::COMPARE_MEASURE_FLICKER, region)), unit.view() > 0) << region;
+    }
+  }
+
+  // Samples go where somebody looks: fewer on the whole.
+  pb::CompareRequest still = request();
+  still.mutable_modes(1)->mutable_settings()->set_foveation(pb::FOVEATION_DENSITY);
+  still.mutable_gaze()->set_x(0);
+  still.clear_samples();
+  still.add_samples(32);
+  for (const pb::CompareUnit& unit : run(still).units())
+    EXPECT_EQ(unit.samples() < 0.9 * 32, unit.mode() == "second") << unit.samples();
+
+  pb::CompareRequest bad = path;
+  bad.mutable_gaze()->set_x(std::nan(""));
+  bad.mutable_regions(0)->mutable_rect()->set_x1(3);
+  bad.mutable_regions(0)->mutable_disk()->set_radius(0);
+  bad.mutable_regions(1)->mutable_disk()->set_radius(100);
+  expect_status(run(bad).status, StatusCode::INVALID_ARGUMENT,
+                {"gaze.x: nan", "regions[0].disk: is given beside rect", "regions[0].disk.radius: 0; allowed: (0, 1e+06]",
+                 "regions[1].disk: has no pixel of the picture"});
+}
+
 TEST_F(CompareTest, TakesTheReferencesNoiseOff) {
   start_with_scene();
   pb::CompareRequest given = request();
