@@ -58,6 +58,8 @@ with scene.session(adaptive={"min_samples": 8}) as s:
     s.gaze = 3  # error: Incompatible types in assignment (expression has type "int"
 scene.session(gaze=(3, 4.5), foveation="density")
 scene.session(gaze="3,4")  # error: Argument "gaze" to "session" of "Scene" has incompatible type
+scene.session(foveation="paper", foveation_paper={"disk": 0.2, "fixed_disk": True})
+scene.session(foveation_paper={"disc": 0.2})  # error: Extra key "disc" for TypedDict "FoveationPaper"
 c.session(scene, gaze=None, foveation="dense")  # error: Argument "foveation" to "session" of "ClientMethods" has
 
 async def work() -> None:
@@ -111,7 +113,7 @@ def test_words_are_those_of_the_protocol():
     fields = types.RenderSettings.DESCRIPTOR.fields_by_name
     formats = types.TileFormat.DESCRIPTOR.fields_by_name
     hints = typing.get_type_hints(hg.Settings)
-    for name in ("mode", "integrator", "roulette", "filter", "variant"):
+    for name in ("mode", "integrator", "roulette", "filter", "variant", "foveation"):
         assert set(typing.get_args(hints[name])) == set(settings.choices(fields[name].enum_type)), name
     for words, field in (
         (settings.PixelType, "pixel_type"),
@@ -124,7 +126,7 @@ def test_words_are_those_of_the_protocol():
     measures = set(typing.get_args(request.Measure))
     assert measures == set(settings.choices(compare.CompareMeasure.DESCRIPTOR)) and len(measures) == 12
     assert set(typing.get_args(request.ComparedPicture)) == set(settings.choices(compare.ComparedPicture.DESCRIPTOR))
-    for name in ("adaptive", "reprojection", "light_cache", "technique"):
+    for name in ("adaptive", "reprojection", "light_cache", "technique", "foveation_paper"):
         assert set(hints[name].__annotations__) == set(fields[name].message_type.fields_by_name), name
 
 
