@@ -44,6 +44,9 @@ result = scene.compare(["pt", {"name": "fast", "mode": "combined", "picture": "d
 reveal_type(result)  # note: Revealed type is "heliograph.comparison.result.Comparison"
 scene.compare(["pt"], seed=1, semples=4)  # error: Unexpected keyword argument "semples"
 scene.compare(["pt"], measures="psnr")  # error: Argument "measures" to "compare" of "Scene" has
+scene.compare(["pt"], regions={"a": (0, 0, 8, 8), "b": hg.Disk(4, 4, 2, outside=True)}, gaze=(3, 4.5))
+scene.compare(["pt"], regions={"a": hg.Disk(4, 4)})  # error: Missing positional argument "radius" in call to "Disk"
+scene.compare(["pt"], gaze="3,4")  # error: Argument "gaze" to "compare" of "Scene" has incompatible type
 scene.edit(material={})  # error: Unexpected keyword argument "material"
 with scene.session(adaptive={"min_samples": 8}) as s:
     reveal_type(s.scene)  # note: Revealed type is "heliograph.client.Scene"
