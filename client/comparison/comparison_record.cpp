@@ -119,6 +119,11 @@ std::string text_of_gaze(const pb::CompareRequest& request) {
   return request.has_gaze() ? fmt::format("{},{}", request.gaze().x(), request.gaze().y()) : "none";
 }
 
+bool has_foveation(const pb::CompareRequest& request) {
+  return std::any_of(request.modes().begin(), request.modes().end(),
+                     [](const auto& mode) { return mode.settings().foveation() > pb::FOVEATION_NONE; });
+}
+
 std::string size_of(const pb::CompareRequest& request) {
   if (request.modes().empty()) return "none";
   const pb::RenderSettings& settings = request.modes(0).settings();
@@ -285,7 +290,7 @@ ComparisonDifferences compare_with_record(const pb::CompareRecord& record, const
   }
   for (int i = 0; i < std::min(before.views_size(), now.views_size()); ++i)
     values.compare_fields(fmt::format("view {}", i), before.views(i), now.views(i));
-  values.compare("gaze", text_of_gaze(before), text_of_gaze(now));
+  if (has_foveation(before) && has_foveation(now)) values.compare("gaze", text_of_gaze(before), text_of_gaze(now));
   values.compare("first seed", std::to_string(before.first_seed()), std::to_string(now.first_seed()));
   values.compare("common seeds", yes_no(before.common_seeds()), yes_no(now.common_seeds()));
   values.compare("exclusive", yes_no(before.exclusive()), yes_no(now.exclusive()));
@@ -311,6 +316,7 @@ void extend_record(pb::CompareRecord& record, const ComparisonCall& call, const 
   pb::CompareRequest& request = *record.mutable_request();
   request = call.request;
   request.clear_done();
+  if (!has_foveation(request) && before.has_gaze()) *request.mutable_gaze() = before.gaze();
   add_new_modes(request, before);
   request.set_seeds(std::max(before.seeds(), request.seeds()));
   const std::vector<double> old_budgets = budgets_of(before), budgets = joined(old_budgets, budgets_of(request));

@@ -17,7 +17,8 @@ export class Gaze {
 
   get on() {
     const { wanted, connection } = this.app;
-    return wanted.foveation > 0 && wanted.foveation === connection.codec?.enum('Foveation').FOVEATION_DENSITY;
+    const { FOVEATION_DENSITY, FOVEATION_PAPER } = connection.codec?.enum('Foveation') ?? {};
+    return wanted.foveation > 0 && [FOVEATION_DENSITY, FOVEATION_PAPER].includes(wanted.foveation);
   }
 
   // { x, y } in pixels of the film that is wanted, as the sessions are told; null: none.

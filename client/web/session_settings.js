@@ -19,6 +19,10 @@ const INTEGRATORS = {
   INTEGRATOR_PHOTON: 'Photon mapping',
   INTEGRATOR_LIGHT: 'Light tracing',
 };
+const FOVEATIONS = {
+  FOVEATION_DENSITY: 'Where the pointer is',
+  FOVEATION_PAPER: 'As published',
+};
 export const LAYERS = [
   ['', 'As the others'],
   ['radiance', 'Film'],
@@ -48,6 +52,8 @@ function offered(codec, name, words, known) {
 }
 export const offeredModes = (codec, known) => offered(codec, 'Mode', MODES, known);
 export const offeredIntegrators = (codec, known) => offered(codec, 'Integrator', INTEGRATORS, known);
+
+export const offeredFoveations = (codec) => [['0', 'Off'], ...offered(codec, 'Foveation', FOVEATIONS, [])];
 
 export const newOwn = (mode, integrator) => ({ mode, integrator, variant: 0, layer: '', more: '' });
 

@@ -17,7 +17,7 @@ export const RANGES = {
   preview_rate: [0, 120],
   preview_budget_ms: [0, 1000],
   preview_upscaling: [0, 1],
-  foveation: [0, 2],
+  foveation: [0, 3],
   samples: [0, 2 ** 30],
   time_s: [0, 1e9],
   error: [0, 1e12],

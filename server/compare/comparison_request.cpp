@@ -140,6 +140,7 @@ void read_reference(const pb::CompareReference& message, ComparisonRequest& requ
     reference.settings.variant = ModeVariant::bounded;
     reference.settings.technique.reset();
     reference.settings.preview = {};
+    reference.settings.foveation = {};
   }
   if (rendered.error() != 0) reference.error = rendered.error();
   if (!(reference.error >= 1e-4 && reference.error <= 1))

@@ -130,6 +130,31 @@ class GazeTest(ViewerCase):
         self.assertGreater(row[0], 2 * row[1])
         self.assertEqual(self.page.state()["sentViewId"], view, "a gaze is no view")
 
+    def test_previews_as_published(self):
+        """They come while the camera is dragged; the film that follows is as without a gaze."""
+        self.open(**FOVEATED | {"preview_rate": 20, "samples": 4})
+        self.set("foveation", 3)
+        self.page.wait("heliograph.state().settings.foveation === 3")
+        self.page.wait_for_end()
+        self.assertIn("a baseline", self.page.run("return document.getElementById('foveation').title"))
+        self.assertEqual(self.page.run("return document.getElementById('foveation').value"), "3")
+        self.page.wait("location.hash.includes('foveation=3')")
+        self.wait_for_gaze(80, 60)
+        self.point_at(40)
+        self.wait_for_gaze(40, 60)
+        before = self.page.run("return heliograph.counters.previews")
+        actions = self.actions().click_and_hold(self.canvas())
+        for _ in range(60):
+            actions.move_by_offset(1, 0)
+        actions.perform()
+        self.page.wait(f"heliograph.counters.previews >= {before + 2}")
+        self.assertGreater(sum(self.page.run("return heliograph.shown(80, 60)")), 0, "black while moving")
+        self.page.screenshot("as-published")
+        self.actions().release().perform()
+        self.page.wait_for_end()
+        self.assertEqual(self.samples_at(8), self.samples_at(80))
+        self.assertEqual(self.page.errors(), [])
+
     def test_one_gaze_is_told_to_all(self):
         """To sessions side by side, whichever picture the pointer is over."""
         sessions = FOVEATED | {"sessions": "1,1;2,1;1,1,seed=9"}

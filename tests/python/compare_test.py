@@ -38,6 +38,19 @@ def values_of(result):
     return {(u.mode, u.seed_number, result.budgets[u.budget], u.view): (u.seed, u.values) for u in result.units}
 
 
+@pytest.fixture(scope="module")
+def views(box):
+    return [box.camera(), box.camera().orbit(1)]
+
+
+#: Previews that follow a gaze, as published and as Heliograph makes them; a size that is rendered in no time.
+SEEN = {
+    name: {"mode": "combined", "picture": "preview", "preview_rate": 20, "foveation": name} | more
+    for name, more in (("paper", {"foveation_paper": {"disk": 0.3}}), ("density", {"viewing_distance": 1.5}))
+}
+SMALLEST = {"size": (24, 24), "samples": 1, "seeds": 1, "reference_samples": 16}
+
+
 def test_errors_are_those_of_the_pictures(box, picture):
     """Against a reference without a noise of its own: the formulas of compare.proto."""
     told = []
@@ -249,6 +262,95 @@ def test_a_reference_that_was_let_go_is_loaded_again(box, picture, monkeypatch):
     assert len(tries) == 3
 
 
+def test_regions_are_disks_too(box, picture):
+    """Errors inside and outside add up to those of the picture, by the pixels that each has."""
+    centre = np.mgrid[0:32, 0:32] + 0.5
+    near = np.hypot(centre[0] - 16.25, centre[1] - 8) < 6.5
+    disks = {"near": hg.Disk(8, 16.25, 6.5), "far": hg.Disk(8, 16.25, 6.5, outside=True), "left": (0, 0, 16, 32)}
+    small = {"samples": 4, "seeds": 1, "reference": picture.rgb}
+    found = box.compare("pt", pictures=True, regions=disks, **small)
+    error = (found.pictures["pt"] - picture.rgb.astype(np.float64)) ** 2
+    for name, pixels in (("near", near), ("far", ~near), ("left", centre[1] < 16)):
+        assert found.errors("mse", region=name)[0, 0, 0] == pytest.approx(error[pixels].mean(), rel=1e-4), name
+    flip = {name: found.errors("flip", region=name)[0, 0, 0] for name in disks}
+    share = near.mean()
+    assert found.errors("flip")[0, 0, 0] == pytest.approx(share * flip["near"] + (1 - share) * flip["far"], rel=1e-4)
+    with pytest.raises(hg.InvalidArgument) as told:
+        box.compare("pt", resume=found, regions=disks | {"far": hg.Disk(8, 16.25, 6)}, mix=True, **small)
+    shown = "near=disk:8,16.25,6.5 far={} left=0,0,16,32"
+    was, now = shown.format("outside:8,16.25,6.5"), shown.format("disk:8,16.25,6")
+    assert f"regions: {was} -> {now}; allowed: the same" in str(told.value)
+    for region, field, allowed in (
+        (hg.Disk("8", 0, 1), "['d'].x", "a number"),
+        (hg.Disk(10**400, 0, 1), "['d'].x", "a number that a float can hold"),
+        (hg.Disk(0, float("nan"), 1), "['d'].y", "[-1e6, 1e6]"),
+        (hg.Disk(0, 1, 0), "['d'].radius", "(0, 1e6]"),
+        (hg.Disk(0, 1, 2e6), "['d'].radius", "(0, 1e6]"),
+        (hg.Disk(0, 1, 2, outside=1), "['d'].outside", "True or False"),
+        (hg.Disk(-1, 16, 1.5), "['d']", "at least one pixel of 32 x 32"),
+        (hg.Disk(16, 16, 22, outside=True), "['d']", "at least one pixel of 32 x 32"),
+        ((8, 8, 3), "['d']", "a name, and four whole numbers of pixels: x0, y0, x1, y1, or a Disk"),
+        ("disk:8,8,3", "['d']", "a name, and four whole numbers of pixels: x0, y0, x1, y1, or a Disk"),
+    ):
+        with pytest.raises(hg.InvalidArgument) as told:
+            box.compare("pt", regions={"d": region}, **small)
+        problem = told.value.problems[-1]
+        assert (problem.field, problem.allowed) == (f"regions{field}", allowed)
+    assert len(told.value.problems) == 1
+    # The last centre that is in, or out.
+    edge = {"in": hg.Disk(-1, 16.5, 1.51), "out": hg.Disk(16, 16, 21.9, outside=True)}
+    assert set(box.compare("pt", regions=edge, measures="mse", **small).regions) == {"dark half", *edge}
+    with pytest.raises(hg.InvalidArgument, match="regions: 3; allowed: a dict from names to .*, or to a Disk"):
+        box.compare("pt", regions=3, **small)
+    with pytest.raises(hg.InvalidArgument, match="a name, and four whole numbers"):
+        box.compare("pt", regions={"\udcff": hg.Disk(1, 1, 1)}, **small)
+
+
+def test_previews_follow_a_gaze(box, views):
+    regions = {"fovea": hg.Disk(12, 12, 5), "periphery": hg.Disk(12, 12, 5, outside=True)}
+    found = box.compare({"none": "preview"} | SEEN, views=views, regions=regions, **SMALLEST)
+    request = found.record.request
+    assert (request.gaze.x, request.gaze.y) == (12, 12), "the middle"
+    assert request.modes[1].settings.foveation_paper.disk == 0.3 and request.modes[2].settings.viewing_distance == 1.5
+    rendered = request.reference.rendered.settings
+    assert rendered.foveation == 0 and not rendered.HasField("foveation_paper") and rendered.viewing_distance == 0
+    for measure in ("flip", "flip-median", "hdr-flip", "hdr-flip-median", "flicker"):
+        for region in regions:
+            assert np.isfinite(found.errors(measure, region=region)[:, 0, 0, 1]).all(), (measure, region)
+    asked = {"views": views, "regions": regions, "resume": found, **SMALLEST}
+    same = box.compare({"paper": SEEN["paper"]}, gaze=(12, 12), **asked)
+    assert same.record.calls[-1].units == 0
+    with pytest.raises(hg.InvalidArgument) as told:
+        box.compare({"paper": SEEN["paper"]}, gaze=[3, 4.5], **asked)
+    assert "resume: gaze: 12,12 -> 3,4.5; allowed: the same, or mix=True" in str(told.value)
+    mixed = box.compare({"paper": SEEN["paper"]}, gaze=iter((3, 4.5)), mix=True, **asked)
+    assert mixed.notices == ("gaze: 12,12 -> 3,4.5",) and mixed.record.request.gaze.y == 4.5
+    # Modes without foveation go with any gaze: that of the others stays.
+    less = box.compare("preview", **asked)
+    assert less.notices == () and less.record.request.gaze == request.gaze and len(less.units) == 8
+    unseen = box.compare("preview", **asked | {"resume": None})
+    more = box.compare({"paper": SEEN["paper"]}, gaze=(3, 4), **asked | {"resume": unseen})
+    assert more.notices == () and more.record.request.gaze.x == 3 and len(more.units) == 4
+    for bad in ("ab", (1,), (1, 2, 3), (1, float("nan")), (2e6, 0), (0, 10**400), (True, 1), 7):
+        with pytest.raises(hg.InvalidArgument, match=r"^gaze: .*; allowed: \(x, y\) in pixels"):
+            box.compare(SEEN, views=views, gaze=bad, **SMALLEST)
+    with pytest.raises(hg.InvalidArgument, match=r"^gaze: \(1, 2\); allowed: none, or with a mode that has foveation$"):
+        box.compare("preview", views=views, gaze=(1, 2), **SMALLEST)
+    with pytest.raises(hg.InvalidArgument) as told:
+        box.compare({"a": {"foveation": "papers"}, "b": {"foveation_paper": {"disk": "x"}}}, gaze=(1, 2), samples=1)
+    assert [problem.field for problem in told.value.problems] == [
+        "modes['a'].foveation",
+        "modes['b'].foveation_paper.disk",
+    ]
+
+
+def test_a_reference_has_no_foveation(box):
+    """That of a foveated first mode is the one of a mode without: it is not rendered again."""
+    small = {"size": (24, 24), "samples": 1, "seeds": 1, "reference_samples": 32}
+    box.compare("pt", **small)
+    assert box.compare({"seen": {"foveation": "density"}}, gaze=(3, 3), **small).references[0].kept
+
+
 def test_every_problem_is_told_at_once(client, box):
     with pytest.raises(hg.InvalidArgument) as told:
         box.compare(
@@ -444,6 +546,37 @@ def test_the_command_shares_folders(client, box, heliograph, tmp_path):
     told = command("--modes", "pt,adaptive,combined", "--samples", "1,2,4")
     assert told["units_rendered"] == 0 and told["units"] == 18 and told["differences"] == []
     assert values_of(hg.Comparison.load(folder)) == values_of(more)
+
+
+def test_the_command_shares_gazes_and_disks(client, box, heliograph, tmp_path):
+    """What one has rendered the other goes on with; what differs is told in the same words."""
+    (tmp_path / "token").write_text(client.daemon.token)
+    folder = tmp_path / "shared"
+
+    def command(*arguments):
+        options = ["--size", "24x24", "--reference-samples", 16, "--seeds", 1, "--samples", 1, "--json"]
+        options += ["--region", "fovea=disk:8,8.5,5", "--region", "periphery=outside:8,8.5,5"]
+        options += ["--server", client.address, "--token-file", tmp_path / "token", "--output", folder]
+        return json.loads(heliograph("compare", BOX, *options, *arguments))
+
+    seen = ["--mode", "seen=pt:foveation=density:viewing-distance=1.5"]
+    assert command(*seen, "--gaze", "8,8.5")["units_rendered"] == 1
+    ours = {"seen": {"foveation": "density", "viewing_distance": 1.5}}
+    asked = SMALLEST | {"pictures": True, "resume": hg.Comparison.load(folder)}
+    asked["regions"] = {"fovea": hg.Disk(8, 8.5, 5), "periphery": hg.Disk(8, 8.5, 5, outside=True)}
+    same = box.compare(ours, gaze=(8, 8.5), **asked)
+    assert same.record.calls[-1].units == 0 and same.notices == ()
+    more = box.compare("adaptive", **asked)
+    assert more.record.calls[-1].units == 1 and more.record.request.gaze.y == 8.5
+    more.save(folder)
+    assert command("--modes", "adaptive", *seen, "--gaze", "8,8.5")["units_rendered"] == 0
+    assert command("--modes", "pt")["units_rendered"] == 1
+    assert hg.Comparison.load(folder).record.request.gaze.y == 8.5
+    with pytest.raises(subprocess.CalledProcessError) as refused:
+        command(*seen)
+    assert "gaze: 8,8.5 -> 12,12" in refused.value.stderr
+    with pytest.raises(hg.InvalidArgument, match="gaze: 8,8.5 -> 12,12"):
+        box.compare(ours, **asked)
 
 
 def test_a_folder_in_use_is_refused(result, heliograph, tmp_path):

@@ -1,4 +1,4 @@
-"""Sessions whose samples follow a gaze."""
+"""Sessions whose samples or previews follow a gaze."""
 
 import asyncio
 import signal
@@ -58,6 +58,27 @@ def test_a_session_begins_with_a_gaze(client, box):
         with pytest.raises(hg.InvalidArgument, match=REFUSED):
             box.session(gaze=bad, **FOVEATED)
     assert references(client, box) == before
+
+
+def test_previews_as_published(box):
+    """They come while the camera moves; the film has as many samples everywhere as without a gaze."""
+    published = {"foveation": "paper", "foveation_paper": {"disk": 0.3, "reject_history": True}}
+    moving = {"size": (96, 64), "preview_rate": 60, "preview_upscaling": True, "buffer": 200}
+    with box.session(until=hg.Samples(4), gaze=(88, 32), **published, **moving) as session:
+        assert session.settings.foveation_paper.disk == 0.3 and session.settings.foveation_paper.reject_history
+        session.wait(timeout=LONG)
+        for x in (16, 48, 80):
+            session.gaze = (x, 32)
+            session.camera.orbit(2)
+            preview = next(frame for frame in session.frames(timeout=LONG) if frame.kind == "preview")
+            assert preview.image.display.shape == (64, 96, 3) and preview.image.display.mean() > 0.01
+        image = session.wait(timeout=LONG)
+        assert image.samples.min() == image.samples.max() == 4
+    with pytest.raises(hg.InvalidArgument, match=r"foveation_paper.disk: 2; allowed: \[0.01, 1\]"):
+        with box.session(foveation="paper", foveation_paper={"disk": 2}) as session:
+            session.wait(timeout=LONG)
+    with pytest.raises(hg.InvalidArgument, match="foveation"):
+        box.render(size=(8, 8), until=hg.Samples(1), foveation="paper")
 
 
 def test_asyncio(client):

@@ -306,6 +306,15 @@ def test_wrong_settings_are_all_told(box):
     assert allowed["mode"] == "'pt', 'adaptive', 'reproject', 'combined'"
     assert "max_segments" in allowed["sedd"] and "width" not in allowed["sedd"]
     assert allowed["seed"] == "[0, 2^64)" and allowed["adaptive"].startswith("a dict with any of min_samples")
+    huge = {"viewing_distance": 10**400, "foveation_paper": {"disk": -(10**400), "fixed_disk": 1}}
+    with pytest.raises(hg.InvalidArgument) as told:
+        box.session(foveation="papers", **huge)
+    assert [(problem.field, problem.allowed) for problem in told.value.problems] == [
+        ("foveation", "'none', 'density', 'paper'"),
+        ("viewing_distance", "a number that a float can hold"),
+        ("foveation_paper.disk", "a number that a float can hold"),
+        ("foveation_paper.fixed_disk", "True or False"),
+    ]
     with pytest.raises(hg.InvalidArgument, match="channels: 'colour'; allowed: 'alpha', 'depth'"):
         box.render(until=hg.Samples(1), channels=["colour"])
     with pytest.raises(hg.InvalidArgument, match="pixel_type: 'double'; allowed: 'half', 'float'; compression: 'lzw'"):

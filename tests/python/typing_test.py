@@ -44,6 +44,9 @@ result = scene.compare(["pt", {"name": "fast", "mode": "combined", "picture": "d
 reveal_type(result)  # note: Revealed type is "heliograph.comparison.result.Comparison"
 scene.compare(["pt"], seed=1, semples=4)  # error: Unexpected keyword argument "semples"
 scene.compare(["pt"], measures="psnr")  # error: Argument "measures" to "compare" of "Scene" has
+scene.compare(["pt"], regions={"a": (0, 0, 8, 8), "b": hg.Disk(4, 4, 2, outside=True)}, gaze=(3, 4.5))
+scene.compare(["pt"], regions={"a": hg.Disk(4, 4)})  # error: Missing positional argument "radius" in call to "Disk"
+scene.compare(["pt"], gaze="3,4")  # error: Argument "gaze" to "compare" of "Scene" has incompatible type
 scene.edit(material={})  # error: Unexpected keyword argument "material"
 with scene.session(adaptive={"min_samples": 8}) as s:
     reveal_type(s.scene)  # note: Revealed type is "heliograph.client.Scene"
@@ -58,6 +61,8 @@ with scene.session(adaptive={"min_samples": 8}) as s:
     s.gaze = 3  # error: Incompatible types in assignment (expression has type "int"
 scene.session(gaze=(3, 4.5), foveation="density")
 scene.session(gaze="3,4")  # error: Argument "gaze" to "session" of "Scene" has incompatible type
+scene.session(foveation="paper", foveation_paper={"disk": 0.2, "fixed_disk": True})
+scene.session(foveation_paper={"disc": 0.2})  # error: Extra key "disc" for TypedDict "FoveationPaper"
 c.session(scene, gaze=None, foveation="dense")  # error: Argument "foveation" to "session" of "ClientMethods" has
 
 async def work() -> None:
@@ -111,7 +116,7 @@ def test_words_are_those_of_the_protocol():
     fields = types.RenderSettings.DESCRIPTOR.fields_by_name
     formats = types.TileFormat.DESCRIPTOR.fields_by_name
     hints = typing.get_type_hints(hg.Settings)
-    for name in ("mode", "integrator", "roulette", "filter", "variant"):
+    for name in ("mode", "integrator", "roulette", "filter", "variant", "foveation"):
         assert set(typing.get_args(hints[name])) == set(settings.choices(fields[name].enum_type)), name
     for words, field in (
         (settings.PixelType, "pixel_type"),
@@ -124,7 +129,7 @@ def test_words_are_those_of_the_protocol():
     measures = set(typing.get_args(request.Measure))
     assert measures == set(settings.choices(compare.CompareMeasure.DESCRIPTOR)) and len(measures) == 12
     assert set(typing.get_args(request.ComparedPicture)) == set(settings.choices(compare.ComparedPicture.DESCRIPTOR))
-    for name in ("adaptive", "reprojection", "light_cache", "technique"):
+    for name in ("adaptive", "reprojection", "light_cache", "technique", "foveation_paper"):
         assert set(hints[name].__annotations__) == set(fields[name].message_type.fields_by_name), name
 
 

@@ -15,7 +15,7 @@ from ._version import __version__
 from .budget import Error, Limit, Samples, Seconds, Until
 from .camera import Camera
 from .client import Client, Scene, compare, connect, serve
-from .comparison import Comparison
+from .comparison import Comparison, Disk
 from .daemon import Daemon
 from .errors import (
     BrokenTile,
@@ -58,6 +58,7 @@ __all__ = [
     "Daemon",
     "DeadlineExceeded",
     "Details",
+    "Disk",
     "Error",
     "FailedPrecondition",
     "Frame",

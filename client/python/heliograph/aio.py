@@ -44,6 +44,7 @@ from .calls import Call, Operation, Upload
 from .camera import Camera as Camera
 from .client_methods import ClientMethods, check_compare, listed
 from .comparison import Comparison as Comparison
+from .comparison import Disk as Disk
 from .comparison.request import Modes, Plan
 from .comparison.run import ComparisonRun, keeping
 from .connection import channel_options, check_process, keep_from_children, tell_ignored, unreachable
@@ -119,6 +120,7 @@ __all__ = [
     "Daemon",
     "DeadlineExceeded",
     "Details",
+    "Disk",
     "Error",
     "FailedPrecondition",
     "Frame",

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any, Required, TypedDict
 
 from .budget import Until
 from .camera import Camera
 from .comparison import Comparison
+from .comparison.regions import Region
 from .comparison.request import Measure, Reference
 from .edits import Changes
 from .progress import CompareProgress, Progress
@@ -74,7 +75,8 @@ class CompareArguments(Settings, total=False):
     reference: Reference
     reference_error: float | None
     reference_samples: int | None
-    regions: Mapping[str, Sequence[int]] | None
+    regions: Mapping[str, Region] | None
+    gaze: tuple[float, float] | None
     measures: Measure | Iterable[Measure] | None
     common_seeds: bool
     exclusive: bool

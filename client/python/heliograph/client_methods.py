@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, Generic, TypeVar, Unpack
 
 from .budget import Until
 from .camera import Camera
 from .comparison import Comparison
+from .comparison.regions import Region
 from .comparison.request import Measure, Modes, Plan, Reference, make_plan
 from .jobs import job_request
 from .kept_jobs import submit_request
@@ -271,7 +272,8 @@ class ClientMethods(Generic[SceneT, ImageT, JobT, KeptJobT, SessionT, Comparison
         reference: Reference = None,
         reference_error: float | None = None,
         reference_samples: int | None = None,
-        regions: Mapping[str, Sequence[int]] | None = None,
+        regions: Mapping[str, Region] | None = None,
+        gaze: tuple[float, float] | None = None,
         measures: Measure | Iterable[Measure] | None = None,
         common_seeds: bool = False,
         exclusive: bool = False,
@@ -301,7 +303,10 @@ class ClientMethods(Generic[SceneT, ImageT, JobT, KeptJobT, SessionT, Comparison
         [1e-4, 1]; None: 0.01) or reference_samples (even; None: 65536), whichever comes first, and kept by the daemon
         for later calls; a dict of settings: rendered with these instead of the first mode's; or the path of an EXR
         file, an array H x W x 3 of radiance or an Image, for several views a sequence of them.
-        regions: names to (x0, y0, x1, y1) in pixels, whose errors are told apart. measures: None: all that apply.
+        regions: names to (x0, y0, x1, y1) in pixels or to a Disk(x, y, radius), whose errors are told apart.
+        gaze: (x, y) in pixels from the upper left corner, where somebody looks, of modes with foveation, such as
+        {"name": "seen", "mode": "combined", "picture": "preview", "preview_rate": 20, "foveation": "paper"}; None: the
+        picture's centre. measures: None: all that apply.
         exclusive: the daemon renders nothing else meanwhile, where it was configured to allow that. pictures: the
         result has pictures. worst_pixels: to be told of each unit of the last budget, [0, 64].
         resume: an earlier result, whole or in part: the units that it has are not rendered again, and the answer has
@@ -317,8 +322,8 @@ class ClientMethods(Generic[SceneT, ImageT, JobT, KeptJobT, SessionT, Comparison
         has in `comparison` what had come before, or None.
         """
         scene_file = os.fspath(scene) if isinstance(scene, (str, os.PathLike)) else ""
-        modes, samples, times, views, measures, reference = (
-            listed(given) for given in (modes, samples, times, views, measures, reference)
+        modes, samples, times, views, gaze, measures, reference = (
+            listed(given) for given in (modes, samples, times, views, gaze, measures, reference)
         )
         return self._compare(
             scene,
@@ -336,6 +341,7 @@ class ClientMethods(Generic[SceneT, ImageT, JobT, KeptJobT, SessionT, Comparison
                 reference_error=reference_error,
                 reference_samples=reference_samples,
                 regions=regions,
+                gaze=gaze,
                 measures=measures,
                 common_seeds=common_seeds,
                 exclusive=exclusive,

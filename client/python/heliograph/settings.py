@@ -53,6 +53,17 @@ class Technique(TypedDict, total=False):
     unweighted: Literal[False]
 
 
+class FoveationPaper(TypedDict, total=False):
+    """Settings of foveation "paper". What was published is kept unless one of the last four mends it."""
+
+    disk: float  # radius of what is not blurred, over the way from the gaze to the farthest corner, [0.01, 1]; 0.15
+    without_antialiasing: bool  # no temporal anti-aliasing outside the disk
+    reject_history: bool  # no history of another surface
+    fixed_disk: bool  # the radius over half of the picture's diagonal, wherever the gaze is
+    mean_rate: bool  # the mean rate before in place of the last picture's
+    surface_motion: bool  # motion of what a pixel shows now, not of what it showed before
+
+
 class Settings(TypedDict, total=False):
     """How a picture is rendered; what is left out has the daemon's default, or what the scene's file asks for.
 
@@ -77,13 +88,18 @@ class Settings(TypedDict, total=False):
     preview_rate: float  # previews a second while the camera moves, [0, 120]; sessions only
     preview_budget_ms: float  # wall time of a preview, [5, 1000]
     preview_upscaling: bool  # previews trace surfaces in a quarter of the pixels, and along edges
-    foveation: Literal["none", "density"]  # "none" (default), "density": samples go to session.gaze; sessions only
-    viewing_distance: float  # of the eye from the picture, in heights of the picture, [0.25, 20]
+    # "none" (default); "density": samples go to the gaze; "paper": previews as published (Mrad 2022) around it, a
+    # baseline. Sessions and comparisons only.
+    foveation: Literal["none", "density", "paper"]
+    viewing_distance: float  # density: of the eye from the picture, in heights of the picture, [0.25, 20]
+    foveation_paper: FoveationPaper
 
 
 Channel = Literal["alpha", "depth", "normal", "albedo", "history", "density", "display"]
 Compression = Literal["none", "zip", "zips", "rle", "piz", "dwaa"]
 Denoiser = Literal["oidn"]
+
+_HELD = "a number that a float can hold"
 
 #: Names of the channels that a picture may have besides R, G, B, variance and samples.
 CHANNELS: tuple[Channel, ...] = ("alpha", "depth", "normal", "albedo", "history", "density", "display")
@@ -159,6 +175,8 @@ def _fill_number(message: Any, field: Any, value: Any, where: str, problems: lis
         setattr(message, field.name, number)
     except TypeError:
         problems.append(Problem(where, repr(value), kind))
+    except OverflowError:
+        problems.append(Problem(where, repr(value), _HELD))
     except ValueError:
         bits = 64 if field.cpp_type in (field.CPPTYPE_UINT64, field.CPPTYPE_INT64) else 32
         unsigned = field.cpp_type in (field.CPPTYPE_UINT64, field.CPPTYPE_UINT32)
@@ -200,7 +218,10 @@ def read_number(name: str, value: Any) -> float:
     """InvalidArgument: no number."""
     if isinstance(value, (bool, str)) or not isinstance(value, numbers.Real):
         raise invalid(name, value, "a number")
-    return float(value)
+    try:
+        return float(value)
+    except OverflowError:
+        raise invalid(name, value, _HELD) from None
 
 
 def read_timeout(name: str, value: Any, zero: bool = False) -> float:

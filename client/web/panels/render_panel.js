@@ -1,6 +1,6 @@
 // How the daemon renders: mode, integrator, budget, size, region, seed, previews.
 
-import { offeredIntegrators, offeredModes } from '../session_settings.js';
+import { offeredFoveations, offeredIntegrators, offeredModes } from '../session_settings.js';
 import { RANGES } from '../url_state.js';
 import { button, field, make, number, section, select, short } from '../dom.js';
 
@@ -69,18 +69,10 @@ export class RenderPanel {
     this.rate = number('preview-rate', wanted.preview_rate, change('preview_rate'), { min: 0, max: 120, step: 1 });
     this.previewBudget = number('preview-budget', '', change('preview_budget_ms'), { min: 5, max: 1000, step: 5 });
     this.previewBudget.placeholder = '45';
-    const { FOVEATION_DENSITY } = codec.enum('Foveation');
-    this.density = String(FOVEATION_DENSITY);
-    this.foveation = select(
-      'foveation',
-      [
-        ['0', 'Off'],
-        [this.density, 'Where the pointer is'],
-      ],
-      '',
-      change('foveation'),
-    );
-    this.foveation.title = 'Samples go where you look: the pointer, a pixel that keys or a tap inspect, a pinned point';
+    this.foveation = select('foveation', offeredFoveations(codec), '', change('foveation'));
+    this.foveation.title =
+      'Samples go where you look: the pointer, a pixel that keys or a tap inspect, a pinned point. ' +
+      'As published: previews alone are made around it, by the method of Mrad (2022), a baseline to compare with';
     this.pin = button('gaze-pin', 'Pin', () => app.gaze.pin(), {
       'aria-label': 'Pin the gaze',
       title: 'The gaze stays at its point (L)',
@@ -148,7 +140,7 @@ export class RenderPanel {
     this.rate.value = wanted.preview_rate;
     this.previewBudget.value = wanted.preview_budget_ms || '';
     const { gaze } = this.app;
-    this.foveation.value = gaze.on ? this.density : '0';
+    this.foveation.value = gaze.on ? String(wanted.foveation) : '0';
     this.pinRow.hidden = !gaze.on;
     this.pin.setAttribute('aria-pressed', String(gaze.pinned));
     this.upscaling.value = String(wanted.preview_upscaling);

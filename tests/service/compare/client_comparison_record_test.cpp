@@ -220,6 +220,28 @@ TEST(ComparisonRecord, NamesEveryDifference) {
   EXPECT_EQ(budgets_of(empty.request()), std::vector<double>{1});
 }
 
+// A gaze is of modes with foveation: calls without one go with any, and leave that of the record.
+TEST(ComparisonRecord, KeepsAGazeThatOthersDoNotAskFor) {
+  const auto look = [](pb::CompareRequest& request, double x) {
+    pb::CompareMode& seen = *request.add_modes() = mode("seen");
+    seen.mutable_settings()->set_foveation(pb::FOVEATION_PAPER);
+    request.mutable_gaze()->set_x(x);
+    request.mutable_gaze()->set_y(1.5);
+  };
+  const ComparisonCall unseeing = call({"pt", "combined"}, {4, 16}, 1);
+  ComparisonCall first = unseeing, second = unseeing;
+  look(first.request, 2);
+  look(second.request, 3);
+  EXPECT_TRUE(compare_with_record(record(), first).of_values.empty());
+  pb::CompareRecord grown = record();
+  extend_record(grown, first, {});
+  EXPECT_EQ(compare_with_record(grown, second).of_values, std::vector<std::string>{"gaze: 2,1.5 -> 3,1.5"});
+  EXPECT_TRUE(compare_with_record(grown, unseeing).of_values.empty());
+  extend_record(grown, unseeing, {});
+  EXPECT_EQ(grown.request().gaze().x(), 2);
+  EXPECT_EQ(grown.request().modes_size(), 3);
+}
+
 TEST(ComparisonCsv, IsRfc4180InFullPrecision) {
   pb::CompareRecord full = record();
   pb::CompareValue& dark = *full.mutable_units(0)->add_values();

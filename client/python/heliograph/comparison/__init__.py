@@ -1,5 +1,6 @@
 """Comparisons of sampling modes: what compare() of a client answers, and the values that it holds."""
 
+from .regions import Disk, Region
 from .request import CompareMode, Measure, Modes
 from .result import Comparison
 from .values import (
@@ -19,6 +20,7 @@ __all__ = [
     "Comparison",
     "ComparisonProgress",
     "Curve",
+    "Disk",
     "Interval",
     "Measure",
     "Modes",
@@ -26,6 +28,7 @@ __all__ = [
     "PointValue",
     "Ratio",
     "ReferenceInfo",
+    "Region",
     "Unit",
     "WorstPixel",
 ]

@@ -11,6 +11,7 @@ from ..errors import InvalidArgument
 from ..settings import enum_name
 from ..v1 import compare_pb2 as messages
 from ..v1 import types_pb2 as types
+from .regions import pixels, text_of
 
 FORMAT = 1
 
@@ -109,6 +110,8 @@ def extend(
     old.CopyFrom(record.request)
     request = record.request
     request.CopyFrom(asked)
+    if not _has_foveation(asked) and old.HasField("gaze"):
+        request.gaze.CopyFrom(old.gaze)
     names = {mode.name for mode in asked.modes}
     request.modes.extend(mode for mode in old.modes if mode.name not in names)
     request.seeds = max(old.seeds, asked.seeds)
@@ -156,6 +159,8 @@ def differences_of_values(
             found += [f"mode {mode.name} {text}" for text in differing_fields(known[mode.name], mode)]
     for number, (view, other) in enumerate(zip(old.views, new.views)):
         found += [f"view {number} {text}" for text in differing_fields(view, other)]
+    if _has_foveation(old):  # where now has none, it has the gaze of before
+        found += _changes(("gaze", _gaze(old), _gaze(new)))
     found += _changes(
         ("first seed", old.first_seed, new.first_seed),
         ("common seeds", _yes(old.common_seeds), _yes(new.common_seeds)),
@@ -199,8 +204,10 @@ def make_plain(settings: types.RenderSettings) -> None:
     """Leaves what is common to all modes and integrators, so that they are those of path tracing."""
     for field in ("mode", "integrator", "variant", "adaptive", "reprojection", "light_cache", "technique"):
         settings.ClearField(field)
-    settings.ClearField("preview_rate")
-    settings.ClearField("preview_budget_ms")
+    for field in ("preview_rate", "preview_budget_ms", "preview_upscaling"):
+        settings.ClearField(field)
+    for field in ("foveation", "foveation_paper", "viewing_distance"):
+        settings.ClearField(field)
 
 
 def differing_fields(before: Any, now: Any, place: str = "") -> list[str]:
@@ -247,5 +254,12 @@ def _measures(request: messages.CompareRequest) -> str:
 
 
 def _regions(request: messages.CompareRequest) -> str:
-    rects = ((region.name, region.rect) for region in request.regions)
-    return " ".join(f"{name}={rect.x0},{rect.y0},{rect.x1},{rect.y1}" for name, rect in rects) or "none"
+    return " ".join(text_of(region) for region in request.regions) or "none"
+
+
+def _has_foveation(request: messages.CompareRequest) -> bool:
+    return any(mode.settings.foveation > types.FOVEATION_NONE for mode in request.modes)
+
+
+def _gaze(request: messages.CompareRequest) -> str:
+    return pixels((request.gaze.x, request.gaze.y)) if request.HasField("gaze") else "none"

@@ -14,11 +14,22 @@ from typing import Any, Literal, Union
 from ..camera import Camera
 from ..errors import HeliographError, NotFound, Problem, invalid_all
 from ..scene import SceneValues
-from ..settings import Denoiser, Settings, Size, choices, make_settings, read_number, read_size, read_timeout
+from ..settings import (
+    Denoiser,
+    Settings,
+    Size,
+    choices,
+    make_settings,
+    read_gaze,
+    read_number,
+    read_size,
+    read_timeout,
+)
 from ..v1 import compare_pb2 as messages
 from ..v1 import types_pb2 as types
 from .record import make_plain
 from .references import ReferenceFile, ReferencePicture, read_references
+from .regions import Region, add_regions, check_regions
 from .result import Comparison
 from .values import MEASURES
 
@@ -72,14 +83,11 @@ _WORDS: dict[str, dict[str, Any]] = {
     "oidn": {"picture": "display", "denoiser": "oidn"},
     "preview": {"mode": "combined", "picture": "preview", "preview_rate": 20},
 }
-_DARK_HALF = "dark half"  # a region that every comparison has
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]{0,63}")
 _MOST_SAMPLES = 2**30
 _MOST_MODES = _MOST_BUDGETS = 64
 _MOST_VIEWS = 1000
 _LONGEST_SIDE = 65536
-_MOST_REGIONS = 16
-_MOST_NAME_BYTES = 64
 
 
 @dataclasses.dataclass(frozen=True)
@@ -177,7 +185,8 @@ def make_plan(
     reference: Reference,
     reference_error: float | None,
     reference_samples: int | None,
-    regions: Mapping[str, Sequence[int]] | None,
+    regions: Mapping[str, Region] | None,
+    gaze: tuple[float, float] | None,
     measures: Measure | Iterable[Measure] | None,
     common_seeds: bool,
     exclusive: bool,
@@ -228,10 +237,11 @@ def make_plan(
         _complete(request, scene, cameras[0], pixels)
     request.seeds = _whole(seeds, "seeds", 1, 1000, problems)
     _add_budgets(request, samples, times, problems)
-    _add_regions(request, regions, problems)
+    problems.extend(add_regions(request, regions))
     if request.modes and pixels is None and cameras:
         pixels = request.modes[0].settings.width, request.modes[0].settings.height
-    _check_regions(request, pixels, problems)
+    problems.extend(check_regions(request, pixels))
+    _add_gaze(request, gaze, pixels, problems)
     _add_measures(request, measures, view_count > 1, problems)
     for mode in request.modes:
         if mode.picture == messages.COMPARED_PICTURE_PREVIEW and view_count < 2:
@@ -471,34 +481,16 @@ def _add_budgets(
             request.times_s.append(read)
 
 
-def _add_regions(
-    request: messages.CompareRequest, regions: Mapping[str, Sequence[int]] | None, problems: _Problems
-) -> None:
-    if regions is not None and not isinstance(regions, Mapping):
-        problems.add("regions", regions, "a dict from names to x0, y0, x1, y1 in pixels")
-        return
-    if regions and len(regions) > _MOST_REGIONS:
-        problems.add("regions", f"{len(regions)} regions", f"at most {_MOST_REGIONS}")
-    for name, sides in (regions or {}).items():
-        try:
-            if not isinstance(name, str):
-                raise TypeError
-            x0, y0, x1, y1 = (operator.index(side) for side in sides)
-            request.regions.add(name=name, rect=types.Rect(x0=x0, y0=y0, x1=x1, y1=y1))
-            if name == _DARK_HALF or not 0 < len(name.encode()) <= _MOST_NAME_BYTES:
-                problems.add("regions", name, f"names of 1 to {_MOST_NAME_BYTES} bytes, and not '{_DARK_HALF}'")
-        except (TypeError, ValueError):
-            problems.add(f"regions[{name!r}]", sides, "a name, and four whole numbers of pixels: x0, y0, x1, y1")
-
-
-def _check_regions(request: messages.CompareRequest, size: Sequence[int] | None, problems: _Problems) -> None:
+def _add_gaze(request: messages.CompareRequest, gaze: Any, size: Sequence[int] | None, problems: _Problems) -> None:
     """size: None: not known yet."""
-    width, height = size or (2**31 - 1, 2**31 - 1)
-    bounds = f"0 <= x0 < x1 <= {width}, 0 <= y0 < y1 <= {height}" if size else "0 <= x0 < x1, 0 <= y0 < y1"
-    for region in request.regions:
-        x0, y0, x1, y1 = region.rect.x0, region.rect.y0, region.rect.x1, region.rect.y1
-        if not (0 <= x0 < x1 <= width and 0 <= y0 < y1 <= height):
-            problems.add(f"regions[{region.name!r}]", (x0, y0, x1, y1), bounds)
+    with problems.within():
+        point = read_gaze(gaze)
+        foveated = any(mode.settings.foveation > types.FOVEATION_NONE for mode in request.modes)
+        if foveated and size is not None:
+            x, y = point or (size[0] / 2, size[1] / 2)
+            request.gaze.x, request.gaze.y = x, y
+        elif point is not None and not foveated and not any(told.field.startswith("modes") for told in problems):
+            problems.add("gaze", gaze, "none, or with a mode that has foveation")
 
 
 def _add_measures(
