@@ -14,7 +14,6 @@
 #include "client/enum_names.h"
 #include "renderer/base/gaze_density.h"
 #include "renderer/codec/tile_codec.h"
-#include "renderer/comparison/picture_errors.h"
 
 namespace helio::cli {
 
@@ -151,6 +150,15 @@ void read_regions(const CompareScriptOptions& options, pb::CompareRequest& reque
     problems.add("--region", fmt::format("{} regions; allowed: at most {}", options.regions.size(), kMaxRegions));
 }
 
+// Of the pixel whose centre is the nearest, or, of what is outside, the farthest.
+bool has_pixels(const pb::CompareRegion::Disk& disk, int width, int height) {
+  const auto offset = [&](double at, int pixels) {
+    if (disk.outside()) return std::max(std::abs(at - 0.5), std::abs(pixels - 0.5 - at));
+    return std::abs(at - std::clamp(std::floor(at) + 0.5, 0.5, pixels - 0.5));
+  };
+  return (std::hypot(offset(disk.x(), width), offset(disk.y(), height)) < disk.radius()) != disk.outside();
+}
+
 void read_measures(const CompareScriptOptions& options, bool path, OptionReader& reader, pb::CompareRequest& request) {
   std::set<std::string> seen;
   for (const std::string& name : reader.choices(options.measures, short_names(*pb::CompareMeasure_descriptor()))) {
@@ -248,10 +256,7 @@ void check_regions(const pb::CompareRequest& request, int width, int height, Pro
   if (width <= 0 || height <= 0) return;
   for (const pb::CompareRegion& region : request.regions()) {
     if (region.has_disk()) {
-      const pb::CompareRegion::Disk& disk = region.disk();
-      const MeasuredRegion pixels{region.name(), {}, MeasuredRegion::Disk{disk.x(), disk.y(), disk.radius(),
-                                                                          disk.outside()}};
-      if (pixels.pixels(width, height).empty())
+      if (!has_pixels(region.disk(), width, height))
         problems.add("--region", fmt::format("'{}' has no pixel of the picture; allowed: a part of {}x{}",
                                              region.name(), width, height));
       continue;

@@ -19,7 +19,8 @@ const CameraPose kHome = camera_at({0, 0, 0.95}, {0, -0.2, -1}, 70);
 
 RenderSettings foveated(RenderMode mode, Foveation kind = Foveation::density) {
   RenderSettings settings = loop_settings(kWidth, kHeight, mode);
-  settings.foveation = {kind, 1.5};
+  settings.foveation.kind = kind;
+  settings.foveation.viewing_distance = 1.5;
   return settings;
 }
 
