@@ -20,7 +20,8 @@ constexpr int kSide = 48;
 RenderSettings settings_of(RenderMode mode, std::uint64_t seed, Foveation foveation) {
   RenderSettings settings = loop_settings(kSide, kSide, mode);
   settings.seed = seed;
-  settings.foveation = {foveation, 1.0};
+  settings.foveation.kind = foveation;
+  settings.foveation.viewing_distance = 1;
   return settings;
 }
 

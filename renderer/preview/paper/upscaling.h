@@ -20,7 +20,7 @@ struct UpscalingInput {
   PixelRect region;
   double scale_x = 1, scale_y = 1;  // its pixels over the film's
   // Pixels whose centres are so near to a point are samples at the jitter; others have been anti-aliased.
-  SubpixelJitter jitter;
+  SubpixelJitter jitter = {};
   double x = 0, y = 0, jittered_radius = 0;
 };
 
