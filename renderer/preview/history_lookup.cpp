@@ -88,10 +88,7 @@ void HistoryLookup::run(const PixelRect& window) const {
   if (sources_.empty()) return;
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; x += kAtOnce) {
-      const int count = std::min(kAtOnce, window.x1 - x);
-      PreviewPixel* const pixels = &history_.current.pixels[history_.index(x, y)];
-      if (std::any_of(pixels, pixels + count, [](const PreviewPixel& pixel) { return !pixel.lit; }))
-        run_pixels(x, y, count, pixels);
+      run_pixels(x, y, std::min(kAtOnce, window.x1 - x), &history_.current.pixels[history_.index(x, y)]);
     }
   }
 }
@@ -123,7 +120,7 @@ void HistoryLookup::run_pixels(int x, int y, int count, PreviewPixel* pixels) co
   }
   for (int i = 0; i < count; ++i) {
     PreviewPixel& pixel = pixels[i];
-    if (pixel.samples == kExactSamples || pixel.lit) continue;
+    if (pixel.samples == kExactSamples) continue;
     Found best;
     for (std::size_t k = 0; k < sources_.size() && best.samples < kEnough; ++k) {
       const Found found = look(sources_[k], {to_x[k][i], to_y[k][i], to_depth[k][i]}, pixel, slope[i]);

@@ -7,6 +7,7 @@
 
 #include "renderer/preview/preview_history.h"
 #include "renderer/preview/view_mapping.h"
+#include "renderer/trace/paths/path_integrator.h"
 
 namespace helio {
 
@@ -19,7 +20,7 @@ class HistoryLookup {
   // different windows.
   void run(const PixelRect& window) const;
   // The same of one pixel of the film, wherever it is kept.
-  void look_up(int x, int y, PreviewPixel& pixel) const { run_pixels(x, y, 1, &pixel); }
+  void look_up(const PixelPosition& at, PreviewPixel& pixel) const { run_pixels(at.x, at.y, 1, &pixel); }
 
  private:
   struct Source {

@@ -8,6 +8,7 @@
 #include "renderer/base/check.h"
 #include "renderer/base/clock.h"
 #include "renderer/film/core/film_windows.h"
+#include "renderer/preview/coarse_surfaces.h"
 #include "renderer/preview/film_capture.h"
 #include "renderer/preview/sparse_surfaces.h"
 
@@ -15,6 +16,8 @@ namespace helio {
 namespace {
 
 constexpr int kWindowWidth = 128, kWindowHeight = 32;
+// Side of the parts in which surfaces are as fine or as coarse as a gaze asks for.
+constexpr int kFoveatedPart = 32;
 // Paths of a part: a group of the kernels.
 constexpr std::size_t kPathsAPart = 256;
 // Parts that are traced whatever the time, for what has come into view would have no light at all.
@@ -67,13 +70,18 @@ void Preview::find_surfaces(const PixelRect& window, TraceStats& stats) {
   // Through a lens a pixel mixes many points of a texture.
   const SurfaceColors* const colors = surface_camera_.pinhole() ? history_->surface_colors.get() : nullptr;
   const SurfacePass surfaces(*target_.scene, surface_camera_, colors, *history_);
-  if (target_.density || target_.upscaling) {
-    const SparseSurfaces::Spacing spacing{target_.density ? &*target_.density : nullptr, target_.upscaling};
-    const SparseSurfaces sparse(surfaces, view_, before_, spacing, *history_, &*lookup_);
-    stats.rays += sparse.run(window);
-    return;
+  if (target_.density) {
+    for (const PixelRect& part : cut_aligned(window, kFoveatedPart, kFoveatedPart)) {
+      stats.rays += CoarseSurfaces(surfaces, *lookup_, *history_).run(part, *target_.density);
+    }
+  } else if (target_.upscaling) {
+    stats.rays += SparseSurfaces(surfaces, view_, before_, *history_).run(window);
+    lookup_->run(window);
+  } else {
+    for (const PixelRect& block : cut_aligned(window, kPathGroupSize, kPathGroupSize))
+      stats.rays += surfaces.run(block);
+    lookup_->run(window);  // not block by block: long rows are what processors fetch ahead
   }
-  for (const PixelRect& block : cut_aligned(window, kPathGroupSize, kPathGroupSize)) stats.rays += surfaces.run(block);
 }
 
 std::size_t Preview::parts() const {
@@ -102,7 +110,6 @@ void Preview::run(int sweep, std::size_t part, TraceStats& stats) {
       return capture_film(*target_.film, target_.display, windows_[part], *history_);
     case Sweep::surfaces: {
       find_surfaces(windows_[part], stats);
-      lookup_->run(windows_[part]);  // not block by block: long rows are what processors fetch ahead
       wanted_[part] =
           SampleOrder::find(windows_[part], *history_, target_.density ? &*target_.density : nullptr);
       return;

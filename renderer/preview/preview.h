@@ -42,7 +42,7 @@ class Preview final : public PreviewMaker {
 
   // The surfaces of the preview before are known from here on.
   void begin_surfaces();
-  void find_surfaces(const PixelRect& window, TraceStats& stats);
+  void find_surfaces(const PixelRect& window, TraceStats& stats);  // and what is remembered of their light
   void plan_rest();
   void trace(std::size_t part, TraceStats& stats);
   void finish_samples();

@@ -9,9 +9,6 @@ constexpr int kRanks = 16, kTurns = 16;
 static_assert(SampleOrder::kClasses == kRanks * kTurns);
 
 // Cells of 4x4 take turns likewise: the first turn of the first rank meets one pixel in 256.
-// Density below which a window is filtered only if it has gaps.
-constexpr float kUnfilteredDensity = 1.0f / 16;
-
 int turn_of(int x, int y) {
   return kBayer[y / 4 % 4][x / 4 % 4];
 }
@@ -57,8 +54,6 @@ SampleOrder::Wanted SampleOrder::find(const PixelRect& window, const PreviewHist
       (pixel.samples == 0 ? wanted.gaps : wanted.noisy).add(key, {x, y});
     }
   }
-  // Where nobody looks, light that is known is not filtered: it has been interpolated.
-  if (density && wanted.below.back() == 0 && density->most_in(window) < kUnfilteredDensity) wanted.below = {};
   wanted.gaps.sort();
   wanted.noisy.sort();
   return wanted;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -12,16 +11,12 @@
 namespace helio {
 namespace {
 
-constexpr int kCell = 4;
-// From which density on cells are of one pixel, and of two.
-constexpr float kFullDensity = 0.25f, kHalfDensity = 1.0f / 16;
+constexpr int kCell = 4;     // side of a cell of the lattice
+constexpr int kAllowed = 2;  // of one that is interpolated
 // How far a corner may lie off the plane of another, of their distance and in pixels' sides: what normals in 127ths and
 // curvature that nobody sees explain.
 constexpr float kTilt = 0.02f, kOffPlane = 0.25f;
 constexpr int kSameFacing = int(0.95f * 127 * 127);  // cosine of their normals at least, in 127ths
-
-// By which factor the light of a cell's corners may differ where it is interpolated.
-constexpr float kContrast = 2;
 
 constexpr float kFar = 1e12f;  // stands for the depth of what is infinitely far away
 
@@ -79,13 +74,11 @@ struct SparseSurfaces::Window {
 };
 
 SparseSurfaces::SparseSurfaces(const SurfacePass& surfaces, const PreviewView& view, const PreviewBuffer* before,
-                               const Spacing& spacing, PreviewHistory& history, const HistoryLookup* lookup)
+                               PreviewHistory& history)
     : surfaces_(surfaces),
       region_(view.region),
       before_(before),
-      spacing_(spacing),
       history_(history),
-      lookup_(lookup),
       offset_x_(kTurn[history.frame % 4][0] + 2 * kTurn[history.frame / 4 % 4][0]),
       offset_y_(kTurn[history.frame % 4][1] + 2 * kTurn[history.frame / 4 % 4][1]),
       here_(view.camera, history.width(), history.height(), view.scene->origin()),
@@ -104,16 +97,6 @@ SparseSurfaces::SparseSurfaces(const SurfacePass& surfaces, const PreviewView& v
 V3f SparseSurfaces::point(int x, int y, float depth) const {
   const V3f across = corner_ + step_x_ * (float(x) + 0.5f) + step_y_ * (float(y) + 0.5f);
   return here_.orthographic() ? across + along_ * depth : across * depth;
-}
-
-// Side of the largest cell that may be interpolated there.
-int SparseSurfaces::allowed(const Cell& cell) const {
-  int side = spacing_.upscaling ? 2 : 1;
-  if (spacing_.density) {
-    const float density = spacing_.density->most_in({cell.x0, cell.y0, cell.x1 + 1, cell.y1 + 1});
-    side = std::max(side, density > kFullDensity ? 1 : density > kHalfDensity ? 2 : kCell);
-  }
-  return side;
 }
 
 // Whether its corners lie on one flat piece of a surface, or on nothing at all.
@@ -140,24 +123,6 @@ bool SparseSurfaces::flat(const Window& w, const Cell& cell) const {
   return true;
 }
 
-// Looks the light of a flat cell's corners up. Whether that of the pixels between is no other.
-bool SparseSurfaces::interpolates_light(Window& w, const Cell& cell) const {
-  if (!lookup_ || !spacing_.density) return false;
-  if (spacing_.density->most_in({cell.x0, cell.y0, cell.x1 + 1, cell.y1 + 1}) > kFullDensity) return false;
-  float least = std::numeric_limits<float>::max(), most = 0;
-  for (const int y : {cell.y0, cell.y1}) {
-    for (const int x : {cell.x0, cell.x1}) {
-      PreviewPixel& corner = w.surfaces[w.index(x, y)];
-      if (!corner.lit) lookup_->look_up(x, y, corner);
-      if (!corner.lit || corner.samples == kExactSamples) return false;
-      const float bright = luminance(corner.unpacked_light());
-      least = std::min(least, bright);
-      most = std::max(most, bright);
-    }
-  }
-  return most <= kContrast * least;
-}
-
 // Pixels of a flat cell that have no ray.
 void SparseSurfaces::fill(Window& w, const Cell& cell) const {
   const PreviewPixel& a = w.surfaces[w.index(cell.x0, cell.y0)];
@@ -172,13 +137,6 @@ void SparseSurfaces::fill(Window& w, const Cell& cell) const {
   }
   const bool one_color = w.colors[corners[0]] == w.colors[corners[1]] && w.colors[corners[0]] == w.colors[corners[2]] &&
                          w.colors[corners[0]] == w.colors[corners[3]];
-  const bool with_light = interpolates_light(w, cell);
-  Rgb lights[4];
-  float samples[4] = {};
-  for (int k = 0; with_light && k < 4; ++k) {
-    lights[k] = w.surfaces[corners[k]].unpacked_light();
-    samples[k] = w.surfaces[corners[k]].samples;
-  }
   const float step_x = 1 / float(std::max(cell.x1 - cell.x0, 1)), step_y = 1 / float(std::max(cell.y1 - cell.y0, 1));
   for (int y = std::max(cell.y0, w.pixels.y0); y <= std::min(cell.y1, w.pixels.y1 - 1); ++y) {
     for (int x = std::max(cell.x0, w.pixels.x0); x <= std::min(cell.x1, w.pixels.x1 - 1); ++x) {
@@ -203,19 +161,6 @@ void SparseSurfaces::fill(Window& w, const Cell& cell) const {
       pixel = a;
       pixel.depth = here_.orthographic() ? depth : 1 / depth;
       if (!(pixel.samples == kExactSamples)) pixel.set_normal(normalize(normal));
-      if (with_light) {
-        Rgb light(0, 0, 0);
-        float count = 0;
-        for (int k = 0; k < 4; ++k) {
-          light += lights[k] * shares[k];
-          count += samples[k] * shares[k];
-        }
-        pixel.set_light(light);
-        pixel.set_samples(count + 0.5f);
-      } else if (pixel.samples != kExactSamples) {
-        pixel.samples = 0;
-        pixel.lit = 0;
-      }
       w.colors[i] = one_color ? w.colors[corners[0]] : pack_color(color);
     }
   }
@@ -274,12 +219,10 @@ void SparseSurfaces::take_colors(Window& w) const {
 
 void SparseSurfaces::trace(Window& w) const {
   // Neighbours share packets.
-  const auto comes_first = [](const PixelPosition& a, const PixelPosition& b) {
+  std::sort(w.wanted.begin(), w.wanted.end(), [](const PixelPosition& a, const PixelPosition& b) {
     const int row_a = a.y / kCell, row_b = b.y / kCell;
     return row_a != row_b ? row_a < row_b : a.x != b.x ? a.x < b.x : a.y < b.y;
-  };
-  if (!std::is_sorted(w.wanted.begin(), w.wanted.end(), comes_first))
-    std::sort(w.wanted.begin(), w.wanted.end(), comes_first);
+  });
   for (std::size_t first = 0; first < w.wanted.size(); first += SurfacePass::kMostAtOnce) {
     const auto some = std::span<const PixelPosition>(w.wanted)
                           .subspan(first, std::min(SurfacePass::kMostAtOnce, w.wanted.size() - first));
@@ -328,7 +271,7 @@ std::uint64_t SparseSurfaces::run(const PixelRect& window) const {
       const int width = cell.x1 - cell.x0, height = cell.y1 - cell.y0;
       if (width <= 1 && height <= 1) continue;
       if (cell.x1 < window.x0 || cell.y1 < window.y0 || cell.x0 >= window.x1 || cell.y0 >= window.y1) continue;
-      if (std::max(width, height) <= allowed(cell) && flat(w, cell)) {
+      if (std::max(width, height) <= kAllowed && flat(w, cell)) {
         flat_cells.push_back(cell);
         continue;
       }

@@ -12,8 +12,6 @@
 #include <cstdint>
 #include <optional>
 
-#include "renderer/base/gaze_density.h"
-#include "renderer/preview/history_lookup.h"
 #include "renderer/preview/preview_history.h"
 #include "renderer/preview/surface_pass.h"
 #include "renderer/preview/view_mapping.h"
@@ -22,17 +20,10 @@ namespace helio {
 
 class SparseSurfaces {
  public:
-  // How far apart rays may be.
-  struct Spacing {
-    const GazeDensity* density = nullptr;  // null: alike everywhere
-    bool upscaling = false;                // at least every second pixel along either axis, where density has all
-  };
-
   // before: surfaces of the preview before, of the same scene, whose colours are history.colors_before; null: unknown.
-  // lookup: where density is not full, light is looked up in the corners of cells and interpolated as well; null: no
-  // light is. All outlive this.
+  // All outlive this.
   SparseSurfaces(const SurfacePass& surfaces, const PreviewView& view, const PreviewBuffer* before,
-                 const Spacing& spacing, PreviewHistory& history, const HistoryLookup* lookup = nullptr);
+                 PreviewHistory& history);
 
   // Pixels of a window: as SurfacePass::run(). Thread safe for different windows. Returns the rays traced.
   std::uint64_t run(const PixelRect& window) const;
@@ -40,9 +31,7 @@ class SparseSurfaces {
  private:
   struct Window;
   struct Cell;
-  int allowed(const Cell& cell) const;
   bool flat(const Window& window, const Cell& cell) const;
-  bool interpolates_light(Window& window, const Cell& cell) const;
   void fill(Window& window, const Cell& cell) const;
   void take_colors(Window& window) const;
   V3f point(int x, int y, float depth) const;
@@ -51,9 +40,7 @@ class SparseSurfaces {
   const SurfacePass& surfaces_;
   const PixelRect region_;
   const PreviewBuffer* const before_;
-  const Spacing spacing_;
   PreviewHistory& history_;
-  const HistoryLookup* const lookup_;
   int offset_x_, offset_y_;  // of the lattice
   CameraProjection here_;
   V3f corner_, step_x_, step_y_, along_;  // point() is affine in the pixel, times the depth but for orthographic views
