@@ -10,7 +10,11 @@ std::uint64_t CoarseSurfaces::run(const PixelRect& part, const GazeDensity& dens
   const float most = density.most_in(part);
   if (most <= kFullDensity) return run_blocks(part, most > kHalfDensity ? 2 : 4);
   std::uint64_t rays = 0;
-  for (const PixelRect& block : cut_aligned(part, kPathGroupSize, kPathGroupSize)) rays += surfaces_.run(block);
+  if (sparse_) {
+    rays = sparse_->run(part);
+  } else {
+    for (const PixelRect& block : cut_aligned(part, kPathGroupSize, kPathGroupSize)) rays += surfaces_.run(block);
+  }
   lookup_.run(part);
   return rays;
 }

@@ -70,12 +70,14 @@ void Preview::find_surfaces(const PixelRect& window, TraceStats& stats) {
   // Through a lens a pixel mixes many points of a texture.
   const SurfaceColors* const colors = surface_camera_.pinhole() ? history_->surface_colors.get() : nullptr;
   const SurfacePass surfaces(*target_.scene, surface_camera_, colors, *history_);
+  std::optional<SparseSurfaces> sparse;
+  if (target_.upscaling) sparse.emplace(surfaces, view_, before_, *history_);
   if (target_.density) {
-    for (const PixelRect& part : cut_aligned(window, kFoveatedPart, kFoveatedPart)) {
-      stats.rays += CoarseSurfaces(surfaces, *lookup_, *history_).run(part, *target_.density);
-    }
-  } else if (target_.upscaling) {
-    stats.rays += SparseSurfaces(surfaces, view_, before_, *history_).run(window);
+    const CoarseSurfaces coarse(surfaces, sparse ? &*sparse : nullptr, *lookup_, *history_);
+    for (const PixelRect& part : cut_aligned(window, kFoveatedPart, kFoveatedPart))
+      stats.rays += coarse.run(part, *target_.density);
+  } else if (sparse) {
+    stats.rays += sparse->run(window);
     lookup_->run(window);
   } else {
     for (const PixelRect& block : cut_aligned(window, kPathGroupSize, kPathGroupSize))

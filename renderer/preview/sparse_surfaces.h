@@ -2,7 +2,7 @@
 // interpolated.
 //
 // Rays go to every fourth pixel along either axis. A cell of the lattice whose corners lie on one flat piece of a
-// surface is done where it is no larger than allowed; others are halved, and edges are traced pixel by pixel. The
+// surface is done once it is two pixels wide; others are halved, and edges are traced pixel by pixel. The
 // lattice moves from preview to preview, so that every pixel has a ray of its own in turn: in between its colour comes
 // from the preview before, where that shows the same surface (temporal upsampling; Yang et al. 2020), else from the
 // corners. What is thinner than a cell is not lost between rays once it was met: a pixel before which the preview

@@ -178,6 +178,11 @@ TEST(CoarseSurfaces, AtTheGazeEveryPixelHasARay) {
   EXPECT_LT(far.surface, 0.08);
   EXPECT_GT(far.depth, 0);
   EXPECT_LT(double(coarse.rays), 0.6 * double(kAll.area()));
+  // With upscaling the pixels at the gaze have fewer rays as well.
+  const std::uint64_t rays = coarse.rays;
+  const Difference upscaled = difference(coarse.look(kHome, true, &density), expected, {20, 10, 60, 50});
+  EXPECT_LT(upscaled.surface + upscaled.depth, 0.01);
+  EXPECT_LT(coarse.rays, rays);
   // Whatever the region, and wherever the gaze.
   for (const Gaze& gaze : {Gaze{-1e6, 3}, Gaze{kWidth, kHeight}}) {
     for (const PixelRect& region : {PixelRect{0, 0, 1, 1}, PixelRect{33, 7, 34, 90}, PixelRect{5, 9, 118, 77}}) {
