@@ -187,9 +187,10 @@ TEST(CoarseSurfaces, AtTheGazeEveryPixelHasARay) {
   for (const Gaze& gaze : {Gaze{-1e6, 3}, Gaze{kWidth, kHeight}}) {
     for (const PixelRect& region : {PixelRect{0, 0, 1, 1}, PixelRect{33, 7, 34, 90}, PixelRect{5, 9, 118, 77}}) {
       const GazeDensity other(gaze, kHeight, 2);
-      coarse.look(kHome, false, &other, region);
-      EXPECT_LE(coarse.rays, std::uint64_t(region.area()));
-      EXPECT_GT(coarse.rays, 0u);
+      Surfaces fresh(scene);
+      fresh.look(kHome, false, &other, region);
+      EXPECT_LE(fresh.rays, std::uint64_t(region.area()));
+      EXPECT_GT(fresh.rays, 0u);
     }
   }
 }
