@@ -28,14 +28,15 @@ Experiment drag(const std::string& scene_name, const std::string& scene, SceneFi
   experiment.name = scene_name + "-" + view.name;
   experiment.scene = scene + ", " + view.name;
   experiment.files = {std::move(file)};
-  const std::string published = "preview:foveation=paper";
+  // At this rate no picture waits for its turn.
+  const std::string preview = "preview:preview-rate=120", published = preview + ":foveation=paper";
   experiment.modes = {"foveated=" + published + ":paper-antialiasing=off",
                       "upscaled=" + published + ":paper-antialiasing=off:preview-upscaling=on",
                       "antialiased=" + published + ":preview-upscaling=on",
                       "mended=" + published +
                           ":preview-upscaling=on:paper-mend=reject-history,fixed-disk,mean-rate,surface-motion",
-                      "ours=preview:foveation=density:preview-upscaling=on:preview-budget=5",
-                      "ours-without-gaze=preview:preview-budget=5"};
+                      "ours=" + preview + ":foveation=density:preview-upscaling=on:preview-budget=5",
+                      "ours-without-gaze=" + preview + ":preview-budget=5"};
   experiment.samples = {1};
   experiment.measures = {"flip-median", "flip@fovea", "flicker@periphery", std::string(kFramesMeasure)};
   experiment.words = {"--max-segments", segments};

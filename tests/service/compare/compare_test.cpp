@@ -447,7 +447,7 @@ TEST_F(CompareTest, FollowsAGazeAndTellsOfDisks) {
   bad.mutable_regions(0)->mutable_disk()->set_radius(0);
   bad.mutable_regions(1)->mutable_disk()->set_radius(100);
   expect_status(run(bad).status, StatusCode::INVALID_ARGUMENT,
-                {"gaze.x: nan", "regions[0].disk: is given beside rect", "regions[0].disk.radius: 0; allowed: (0, 1e+06]",
+                {"gaze.x: nan", "regions[0].disk: is given beside rect", "regions[0].disk.radius: 0; allowed: (0, 1000000]",
                  "regions[1].disk: has no pixel of the picture"});
 }
 
