@@ -1,6 +1,8 @@
 // All errors of one picture against its reference.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -29,6 +31,15 @@ struct MeasuredRegion {
   struct Disk {
     double x = 0, y = 0, radius = 0;  // pixels from the picture's upper left corner
     bool outside = false;             // all pixels but its own
+
+    // Of the pixel whose centre is the nearest, or, of what is outside, the farthest.
+    bool has_pixels(int width, int height) const {
+      const auto offset = [this](double at, int pixels) {
+        if (outside) return std::max(std::abs(at - 0.5), std::abs(pixels - 0.5 - at));
+        return std::abs(at - std::clamp(std::floor(at) + 0.5, 0.5, pixels - 0.5));
+      };
+      return (std::hypot(offset(x, width), offset(y, height)) < radius) != outside;
+    }
   };
   std::string name;
   PixelRect rect;            // inside the picture, not empty

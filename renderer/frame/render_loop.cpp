@@ -244,6 +244,7 @@ struct RenderLoop::Impl final : PieceSource {
   std::uint64_t invalid_samples = 0;   // since the loop was made
   std::uint64_t frame_samples = 0;     // pixel samples since the frame began
   bool planned = false;                // the pipeline carries out a plan of this frame
+  std::uint64_t planned_gaze_moves = 0;  // FrameState::gaze_moves when that was made
   bool half_allocated = false;         // a plan that was to give pixels their counts was cut short
   std::shared_ptr<FrameRecord> frame;  // in flight; null: none
   std::shared_ptr<CancelToken> token = std::make_shared<CancelToken>();
@@ -791,6 +792,7 @@ void RenderLoop::Impl::begin_frame(Retired& retired) {
     plan.final = true;
     if (display_due()) plan.after.push_back(StageId::display);
     plan.end = last_reason;
+    planned_gaze_moves = state.gaze_moves;
     pipeline.start(plan, *film, make_stages(plan, stage_context()));
     planned = true;
   }
@@ -917,7 +919,11 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
   if (planned) {
     note_finished_plan(now);
     if (pipeline.plan().end && !pipeline.cut()) {
+      // The end was decided before the gaze moved: the picture goes on in a frame of its own.
+      const bool goes_on = planned_gaze_moves != picture.state.gaze_moves && next == Next::nothing;
+      if (goes_on && !next_record) next_record = std::make_shared<FrameRecord>();
       end_frame(*pipeline.plan().end, {});
+      if (goes_on) next = Next::render;
       return;
     }
   }
@@ -927,6 +933,7 @@ void RenderLoop::Impl::advance(std::size_t backlog) {
   state.checkpoint_due = checkpoint_due(now);
   state.checkpoint_asked = checkpoints && checkpoints->clock.asked();
   const FramePlan plan = scheduler.plan_next(state, now - view_accepted_s, backlog, now);
+  planned_gaze_moves = state.gaze_moves;
   FrameStages stages = make_stages(plan, stage_context());
   half_allocated |= std::any_of(plan.before.begin(), plan.before.end(),
                                 [](const StageRequest& stage) { return stage.id == StageId::allocate; });

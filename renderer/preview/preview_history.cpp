@@ -19,9 +19,9 @@ PreviewHistory::PreviewHistory(int width, int height, bool is_published) : width
 PreviewHistory::PreviewHistory(PreviewHistory&&) noexcept = default;
 PreviewHistory::~PreviewHistory() = default;
 
-std::size_t PreviewHistory::bytes_per_pixel(bool is_published) {
-  return is_published ? PaperHistory::bytes_per_pixel()
-                      : 3 * sizeof(PreviewPixel) + 2 * sizeof(std::uint32_t) + sizeof(FilteredPixel);
+std::size_t PreviewHistory::bytes_of(int width, int height, bool is_published) {
+  return is_published ? PaperHistory::bytes(width, height)
+                      : std::size_t(width) * std::size_t(height) * bytes_per_pixel();
 }
 
 void PreviewHistory::forget() {

@@ -68,15 +68,16 @@ class PaperHistory;
 class PreviewHistory {
  public:
   // published: of previews as published, which have a history of their own, and none of the buffers below. Takes
-  // bytes_per_pixel() of memory for each pixel. Throws std::bad_alloc.
+  // bytes_of() of memory. Throws std::bad_alloc.
   PreviewHistory(int width, int height, bool published = false);
   PreviewHistory(PreviewHistory&&) noexcept;
   ~PreviewHistory();
 
-  static std::size_t bytes_per_pixel(bool published = false);
-  std::size_t bytes() const {
-    return std::size_t(width_) * std::size_t(height_) * bytes_per_pixel(bool(published));
+  static std::size_t bytes_of(int width, int height, bool published);
+  static constexpr std::size_t bytes_per_pixel() {  // not published
+    return 3 * sizeof(PreviewPixel) + 2 * sizeof(std::uint32_t) + sizeof(FilteredPixel);
   }
+  std::size_t bytes() const { return bytes_of(width_, height_, bool(published)); }
   int width() const { return width_; }
   int height() const { return height_; }
 

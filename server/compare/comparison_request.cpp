@@ -167,7 +167,8 @@ void read_disk(const pb::CompareRegion& given, ComparisonRequest& request, const
   MeasuredRegion region;
   region.name = given.name();
   region.disk = {from.x(), from.y(), from.radius(), from.outside()};
-  if (region.pixels(request.width(), request.height()).empty())
+  if (request.width() < 1 || request.height() < 1) return;  // told with the settings
+  if (!region.disk->has_pixels(request.width(), request.height()))
     problems.add(where + ".disk",
                  fmt::format("has no pixel of the picture; allowed: a part of {} x {}", request.width(), request.height()));
   request.errors.regions.push_back(std::move(region));

@@ -31,7 +31,8 @@ std::uint64_t film_bytes(const RenderSettings& settings) {
 }
 
 std::uint64_t preview_bytes(const RenderSettings& settings) {
-  return settings.preview.rate > 0 ? pixels(settings) * PreviewHistory::bytes_per_pixel(as_published(settings)) : 0;
+  if (!(settings.preview.rate > 0)) return 0;
+  return PreviewHistory::bytes_of(settings.width, settings.height, as_published(settings));
 }
 
 std::uint64_t display_bytes(const RenderSettings& settings, unsigned channels) {

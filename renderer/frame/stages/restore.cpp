@@ -30,6 +30,7 @@ void RestorePicture::note(PictureState& picture) {
   picture.state.measured = head.measured;
   picture.state.round = head.round;
   picture.state.round.published = 0;
+  picture.state.round.gaze_moves = 0;  // of a gaze before those of this loop, where there is one
   picture.state.restore_due = false;
   picture.state.choice_due = false;
 }

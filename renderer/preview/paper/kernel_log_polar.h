@@ -56,10 +56,10 @@ class KernelLogPolar {
   }
   double column_at(double distance) const {
     const double k = std::log(std::max(distance, 1.0)) / log_farthest_;
-    return std::sqrt(std::sqrt(k)) * columns_;
+    return std::min(std::sqrt(std::sqrt(k)), 1.0) * columns_;
   }
-  // Eq. 4.5: columns before it lie within the radius.
-  int first_column(double radius) const { return std::min(int(std::ceil(column_at(radius))), columns_); }
+  // Eq. 4.5: columns before it lie within the radius. The last one never does, for what is between it and the corner.
+  int first_column(double radius) const { return std::min(int(std::ceil(column_at(radius))), columns_ - 1); }
 
   // Diameter of the radial blur at a distance, pixels of the buffer: eq. 4.4, whose pixels are those of the paper's
   // buffer of 1,080 rows. Taken as they are, they would be all of a small picture's buffer outside the disk.

@@ -34,7 +34,7 @@ struct BlurSum {
 
 class PaperHistory {
  public:
-  // Takes bytes_per_pixel() of memory for each pixel. Throws std::bad_alloc.
+  // Takes bytes() of memory. Throws std::bad_alloc.
   PaperHistory(int width, int height) {
     const std::size_t pixels = std::size_t(width) * std::size_t(height);
     const KernelLogPolar map(width, height, 0, 0);
@@ -52,10 +52,14 @@ class PaperHistory {
     looked_up.resize(pixels);
   }
 
-  // All samples in the worst case: a disk over all of the picture, and a buffer of 1 / 1.8^2 of it, rounded up.
-  static constexpr std::size_t bytes_per_pixel() {
-    constexpr std::size_t of_side = sizeof(PaperSample) * 3 / 2 + sizeof(PreviewPixel) + 2 * sizeof(Rgb);
-    return 2 * of_side + sizeof(BlurSum) / 2 + sizeof(std::uint32_t) + sizeof(V2f) + 2 * sizeof(Rgb);
+  // All samples in the worst case: a disk over all of the picture, and the buffer.
+  static std::size_t bytes(int width, int height) {
+    const KernelLogPolar map(width, height, 0, 0);
+    const std::size_t pixels = std::size_t(width) * std::size_t(height);
+    const std::size_t buffer = std::size_t(map.columns()) * std::size_t(map.rows());
+    constexpr std::size_t of_side = sizeof(PreviewPixel) + 2 * sizeof(Rgb);
+    constexpr std::size_t alone = sizeof(std::uint32_t) + sizeof(V2f) + 2 * sizeof(Rgb);
+    return 2 * (buffer + pixels) * sizeof(PaperSample) + buffer * sizeof(BlurSum) + pixels * (2 * of_side + alone);
   }
 
   // One preview.
@@ -63,10 +67,11 @@ class PaperHistory {
     bool known = false;  // the preview is whole; false: its pixels mean nothing
     std::weak_ptr<const RenderScene> scene;
     CameraPose camera;
-    PixelRect region;   // of the picture that is rendered, whose rows the pixels below are of
+    PixelRect region, film_region;  // of the picture that is rendered, whose rows the pixels below are of | of the film
     int width = 0, height = 0;
     double gaze_x = 0, gaze_y = 0;
     PixelRect disk;  // window of the samples behind those of the buffer, row-major
+    double radius = 0;
     std::vector<PaperSample> samples;
     std::vector<PreviewPixel> surfaces;  // of the nearest sample
     std::vector<Rgb> shown;              // after temporal anti-aliasing

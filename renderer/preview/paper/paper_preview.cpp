@@ -63,9 +63,9 @@ PaperPreview::PaperPreview(std::shared_ptr<PreviewHistory> history, PreviewTarge
   paper_.now.known = false;
   const PaperHistory::Side& before = paper_.before;
   has_history_ = before.known && before.scene.lock() == target_.scene && before.width == width_ &&
-                 before.height == height_ && before.region == region_;
+                 before.height == height_ && before.region == region_ && before.film_region == target_.region;
   same_samples_ = has_history_ && before.gaze_x == map_.gaze_x() && before.gaze_y == map_.gaze_y() &&
-                  before.disk == disk_;
+                  before.disk == disk_ && before.radius == radius_;
   if (has_history_)
     there_.emplace(before.camera, history_->width(), history_->height(), target_.scene->origin());
 
@@ -407,6 +407,8 @@ void PaperPreview::complete() {
   now.scene = target_.scene;
   now.camera = target_.camera;
   now.region = region_;
+  now.film_region = target_.region;
+  now.radius = radius_;
   now.width = width_;
   now.height = height_;
   now.gaze_x = map_.gaze_x();

@@ -7,8 +7,10 @@
 // What it is not: the paper shades as Whitted, with three shadow rays a light, which are paths here; and it upscales with
 // a network that is not published (DLSS), for which temporal upsampling stands with the same inputs (upscaling.h). It does
 // not say how the blur's Gaussian relates to its diameter (a deviation of a quarter of it here), what that diameter is in
-// pictures of other sizes (it grows with them), over which distance blur
-// and anti-aliasing fade in (a tenth of the disk's radius), nor in which units eq. 4.9 compares colours (x / (x + mean)).
+// pictures of other sizes (it grows with them), over which distance blur and anti-aliasing fade in (a tenth of the disk's
+// radius), nor in which units eq. 4.9 compares colours (x / (x + mean)). Its frame time is what a preview takes here, for
+// previews come when the camera moves. A sample's motion is that of what it showed before only while the gaze rests: of a
+// gaze that moves it has no samples at the same points.
 #pragma once
 
 #include <memory>

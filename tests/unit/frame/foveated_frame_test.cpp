@@ -1,6 +1,7 @@
 // Pictures whose samples follow a gaze.
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <optional>
@@ -206,6 +207,28 @@ TEST(FoveatedSettings, WhatDoesNotGoTogetherIsRefused) {
     ASSERT_EQ(problems.size(), 1u);
     EXPECT_NE(problems.to_error().to_string().find("view.gaze.x"), std::string::npos);
   }
+}
+
+// A gaze that moves while the last tiles go out, whose frame has its end already.
+TEST(FoveatedLoop, AMoveDuringTheLastTilesIsNotLost) {
+  RenderEngine engine(2);
+  const auto scene = build(lambert_room());
+  const auto sink = std::make_shared<RecordingSink>();
+  RenderLoop loop(engine, scene, foveated(RenderMode::pt), {}, RenderRank::interactive, sink);
+  std::atomic<int> moves = 0;
+  sink->on_tile = [&](const FrameTile& tile) {
+    if (tile.final && moves++ == 0) loop.move_gaze(Gaze{88, 32});
+  };
+  RenderLoop::Update update;
+  update.view = View{1, kHome};
+  update.view->gaze = Gaze{16, 32};
+  update.budget = Budget{};
+  update.budget->samples = 64;
+  loop.update(update);
+  ASSERT_TRUE(sink->wait([&] { return sink->ends.size() == 2; }));
+  EXPECT_GT(sink->ends[1].progress.samples_per_pixel, sink->ends[0].progress.samples_per_pixel);
+  EXPECT_EQ(sink->ends[1].reason, FrameEndReason::samples);
+  loop.cancel();
 }
 
 // Films are those of no foveation, also where it is switched on in the middle; previews have a history of their own.

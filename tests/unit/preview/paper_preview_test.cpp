@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <vector>
@@ -323,6 +324,28 @@ TEST(PaperPreview, AnyGazeAndRegionIsDefined) {
   }
 }
 
+// Disks that reach over all of the buffer but not of the picture, and a gaze far beside it.
+TEST(PaperPreview, EveryPixelOfALitRoomHasLight) {
+  const auto scene = build(lambert_room());
+  for (const bool upscaling : {false, true}) {
+    for (const auto& [width, height, gaze, disk] :
+         {std::tuple(160, 90, Gaze{80, 45}, 0.85), {160, 90, Gaze{80, 45}, 0.75}, {48, 32, Gaze{-1e6, 1e6}, 0.15},
+          {80, 60, Gaze{-1e6, 1e6}, 0.15}, {160, 90, Gaze{-1e6, 1e6}, 0.5}}) {
+      Previews previews(scene, width, height);
+      previews.upscaling = upscaling;
+      previews.published.disk = disk;
+      const PixelRect all{0, 0, width, height};
+      Picture mean(std::size_t(all.area()), Rgb(0, 0, 0));
+      for (int k = 0; k < 12; ++k) {
+        const Picture picture = previews.show(kHome, gaze, all);
+        for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += picture[i];
+      }
+      const auto black = std::count_if(mean.begin(), mean.end(), [](const Rgb& pixel) { return !(pixel.x > 0); });
+      EXPECT_LT(double(black), 0.02 * double(mean.size())) << width << "x" << height << " " << disk << " " << upscaling;
+    }
+  }
+}
+
 TEST(PaperPreview, OneThatIsCancelledLeavesTheNextWhole) {
   const auto scene = build(lambert_room());
   Previews previews(scene);
@@ -338,10 +361,16 @@ TEST(PaperPreview, OneThatIsCancelledLeavesTheNextWhole) {
 }
 
 TEST(PaperPreview, MemoryIsWhatItSays) {
-  EXPECT_LE(PreviewHistory::bytes_per_pixel(true), 320u);
-  const PreviewHistory history(kWidth, kHeight, true);
-  EXPECT_EQ(history.bytes(), PreviewHistory::bytes_per_pixel(true) * kWidth * kHeight);
-  EXPECT_TRUE(history.last.pixels.empty());
+  for (const auto& [width, height] : {std::pair(kWidth, kHeight), std::pair(4096, 1), std::pair(1, 1)}) {
+    const PreviewHistory history(width, height, true);
+    const PaperHistory& paper = *history.published;
+    const auto of = [](const auto& values) { return values.size() * sizeof(values[0]); };
+    std::size_t bytes = of(paper.sums) + of(paper.places) + of(paper.motion) + of(paper.colors) + of(paper.looked_up);
+    for (const PaperHistory::Side* side : {&paper.now, &paper.before})
+      bytes += of(side->samples) + of(side->surfaces) + of(side->shown) + of(side->upscaled);
+    EXPECT_EQ(history.bytes(), bytes);
+    EXPECT_TRUE(history.last.pixels.empty());
+  }
 }
 
 // A constant picture stays what it is, at any place, with and without history.
