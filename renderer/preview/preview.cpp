@@ -53,6 +53,7 @@ Preview::Preview(std::shared_ptr<PreviewHistory> history, PreviewTarget target,
   ++history_->frame;
   wanted_.resize(windows_.size());
   if (history_->colored_scene.lock() != target_.scene) sweeps_.push_back(Sweep::colors);
+  if (target_.film && history_->density_of_last) sweeps_.push_back(Sweep::refine);
   if (target_.film) sweeps_.push_back(Sweep::capture);
   sweeps_.push_back(Sweep::surfaces);
   // Where nothing is captured, what was captured before stays what is looked up first.
@@ -64,6 +65,34 @@ void Preview::begin_surfaces() {
   const PreviewBuffer& newest = target_.film ? history_->rest : history_->last;
   if (colors_before_ && newest.known && newest.scene.lock() == target_.scene) before_ = &newest;
   std::swap(history_->colors, history_->colors_before);
+}
+
+void Preview::refine(const PixelRect& window, TraceStats& stats) {
+  const Camera camera(history_->last.camera, history_->width(), history_->height(), target_.scene->origin());
+  const SurfaceColors* const colors = camera.pinhole() ? history_->surface_colors.get() : nullptr;
+  const SurfacePass surfaces(*target_.scene, camera, colors, *history_);
+  for (const PixelRect& part : cut_aligned(window, kFoveatedPart, kFoveatedPart)) {
+    if (history_->density_of_last->most_in(part) > CoarseSurfaces::kFullDensity) continue;
+    for (const PixelRect& block : cut_aligned(part, kPathGroupSize, kPathGroupSize)) stats.rays += surfaces.run(block);
+    take_light(part);
+  }
+}
+
+// Of the preview before, for surfaces that have been found anew.
+void Preview::take_light(const PixelRect& part) {
+  for (int y = part.y0; y < part.y1; ++y) {
+    for (int x = part.x0; x < part.x1; ++x) {
+      PreviewPixel &found = history_->current.pixels[history_->index(x, y)],
+                   &last = history_->last.pixels[history_->index(x, y)];
+      const float slack = found.depth * 0.02f;
+      if (found.samples != kExactSamples && last.samples != kExactSamples && last.lit &&
+          same_surface(last, found, found.depth, slack)) {
+        found.set_light(last.unpacked_light());
+        found.samples = last.samples;
+      }
+      last = found;
+    }
+  }
 }
 
 void Preview::find_surfaces(const PixelRect& window, TraceStats& stats) {
@@ -90,6 +119,7 @@ std::size_t Preview::parts() const {
   switch (sweeps_[std::size_t(current_)]) {
     case Sweep::colors:
       return 1;
+    case Sweep::refine:
     case Sweep::capture:
     case Sweep::surfaces:
     case Sweep::filter:
@@ -108,6 +138,8 @@ void Preview::run(int sweep, std::size_t part, TraceStats& stats) {
       history_->surface_colors = std::make_shared<const SurfaceColors>(*target_.scene);
       history_->colored_scene = target_.scene;
       return;
+    case Sweep::refine:
+      return refine(windows_[part], stats);
     case Sweep::capture:
       return capture_film(*target_.film, target_.display, windows_[part], *history_);
     case Sweep::surfaces: {
@@ -130,6 +162,7 @@ void Preview::finish_sweep(int sweep) {
   PreviewCosts& costs = history_->costs;
   switch (sweeps_[std::size_t(sweep)]) {
     case Sweep::colors:
+    case Sweep::refine:
       break;
     case Sweep::capture:
       history_->rest.take_view(history_->last);
@@ -235,6 +268,7 @@ void Preview::finish_samples() {
 }
 
 void Preview::complete() {
+  history_->density_of_last = target_.density;
   history_->current.set_view(view_);
   std::swap(history_->current, history_->last);
   history_->colors_of_last = true;

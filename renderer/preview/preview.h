@@ -1,6 +1,7 @@
 // A preview: a whole picture for the eye within a time budget, biased, never part of a film.
 //
-// In sweeps over the picture: the resting film's light is taken over (film_capture.h), where there is one; visibility
+// In sweeps over the picture: the resting film's light is taken over (film_capture.h), where there is one, after surfaces
+// that were found as blocks of pixels away from a gaze have been found pixel by pixel; visibility
 // (surface_pass.h) and temporal reprojection (history_lookup.h); fresh samples as long as time is left
 // (sample_order.h); an edge-avoiding filter over what is still noisy or missing (edge_avoiding_filter.h).
 //
@@ -38,10 +39,13 @@ class Preview final : public PreviewMaker {
   void resolve(const PixelRect& window, std::vector<float> (&display)[3]) const override;
 
  private:
-  enum class Sweep { colors, capture, surfaces, samples, filter };
+  enum class Sweep { colors, refine, capture, surfaces, samples, filter };
 
   // The surfaces of the preview before are known from here on.
   void begin_surfaces();
+  // Surfaces of the preview before, of every pixel: for the film's light is that of pixels, not of blocks.
+  void refine(const PixelRect& window, TraceStats& stats);
+  void take_light(const PixelRect& part);
   void find_surfaces(const PixelRect& window, TraceStats& stats);  // and what is remembered of their light
   void plan_rest();
   void trace(std::size_t part, TraceStats& stats);

@@ -29,6 +29,7 @@ void PreviewHistory::forget() {
   surface_colors.reset();
   colored_scene.reset();
   mean_light = Rgb(0, 0, 0);
+  density_of_last.reset();
   if (published) published->forget();
 }
 

@@ -5,9 +5,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
+#include "renderer/base/gaze_density.h"
 #include "renderer/base/math.h"
 #include "renderer/preview/preview_pixel.h"
 #include "renderer/preview/surface_colors.h"
@@ -94,6 +96,7 @@ class PreviewHistory {
   PreviewBuffer rest, last, current;  // `current` is of no view until its preview is complete
   std::vector<std::uint32_t> colors;  // pack_color(), of the newest surfaces
   std::vector<std::uint32_t> colors_before;  // while a preview is made: of the surfaces before
+  std::optional<GazeDensity> density_of_last;  // away from whose gaze the newest surfaces are of blocks (coarse_surfaces.h)
   bool colors_of_last = false;        // all of them are; false while a preview is made, and if it was given up
   std::vector<FilteredPixel> filtered;
   PreviewCosts costs;
