@@ -26,7 +26,8 @@ class SeedRatios {
  public:
   explicit SeedRatios(const heliograph::v1::CompareRecord& record);
 
-  // Ratio of the mean errors of a region, or, if that is empty, of the whole picture, for one view: KIND_EQUAL_SAMPLES where both have the same budget.
+  // Ratio of the mean errors of a region, or, if that is empty, of the whole picture, for one view: KIND_EQUAL_SAMPLES
+  // where both have the same budget.
   std::optional<heliograph::v1::CompareInterval> of_errors(heliograph::v1::CompareMeasure measure, std::uint32_t view,
                                                            const SeedsOf& top, const SeedsOf& bottom,
                                                            const std::string& region = {}) const;

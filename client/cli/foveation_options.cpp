@@ -52,6 +52,15 @@ bool read_foveation(const FoveationOptions& options, OptionReader& reader, pb::R
   return density || paper;
 }
 
+std::optional<pb::Gaze> read_point(const TextOption& option, OptionReader& reader) {
+  const auto point = reader.pair(option, {-kMostGazePixels, kMostGazePixels});
+  if (!point) return std::nullopt;
+  pb::Gaze gaze;
+  gaze.set_x(point->first);
+  gaze.set_y(point->second);
+  return gaze;
+}
+
 pb::Gaze centre_of_film(const pb::RenderSettings& settings) {
   pb::Gaze gaze;
   gaze.set_x(0.5 * settings.width());

@@ -17,6 +17,8 @@ void add_foveation_options(CLI::App& app, FoveationOptions& options);
 // Sets what is given. Returns whether a gaze has a use.
 bool read_foveation(const FoveationOptions& options, OptionReader& reader, heliograph::v1::RenderSettings& settings);
 
+// An option x,y, in pixels of the film.
+std::optional<heliograph::v1::Gaze> read_point(const TextOption& option, OptionReader& reader);
 heliograph::v1::Gaze centre_of_film(const heliograph::v1::RenderSettings& settings);
 
 }  // namespace helio::cli

@@ -265,7 +265,7 @@ std::vector<std::size_t> MeasuredRegion::pixels(int width, int height) const {
   const PixelRect whole{0, 0, width, height}, where = disk ? whole : intersect(rect, whole);
   for (int y = where.y0; y < where.y1; ++y) {
     for (int x = where.x0; x < where.x1; ++x) {
-      if (disk && (std::hypot(x + 0.5 - disk->x, y + 0.5 - disk->y) < disk->radius) == disk->outside) continue;
+      if (disk && !disk->contains(x, y)) continue;
       inside.push_back(std::size_t(y) * std::size_t(width) + std::size_t(x));
     }
   }

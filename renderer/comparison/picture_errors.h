@@ -1,8 +1,6 @@
 // All errors of one picture against its reference.
 #pragma once
 
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -10,6 +8,7 @@
 
 #include "renderer/base/math.h"
 #include "renderer/base/picture_view.h"
+#include "renderer/base/pixel_disk.h"
 #include "renderer/base/result.h"
 #include "renderer/comparison/measures.h"
 
@@ -28,22 +27,9 @@ struct ReferenceView {
 };
 
 struct MeasuredRegion {
-  struct Disk {
-    double x = 0, y = 0, radius = 0;  // pixels from the picture's upper left corner
-    bool outside = false;             // all pixels but its own
-
-    // Of the pixel whose centre is the nearest, or, of what is outside, the farthest.
-    bool has_pixels(int width, int height) const {
-      const auto offset = [this](double at, int pixels) {
-        if (outside) return std::max(std::abs(at - 0.5), std::abs(pixels - 0.5 - at));
-        return std::abs(at - std::clamp(std::floor(at) + 0.5, 0.5, pixels - 0.5));
-      };
-      return (std::hypot(offset(x, width), offset(y, height)) < radius) != outside;
-    }
-  };
   std::string name;
   PixelRect rect;            // inside the picture, not empty
-  std::optional<Disk> disk = {};  // pixels whose centres are in it, in place of the rectangle's; at least one
+  std::optional<PixelDisk> disk = {};  // pixels whose centres are in it, in place of the rectangle's; at least one
 
   // Row by row.
   std::vector<std::size_t> pixels(int width, int height) const;

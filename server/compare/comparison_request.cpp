@@ -166,7 +166,7 @@ void read_disk(const pb::CompareRegion& given, ComparisonRequest& request, const
   if (!x || !y || !radius || request.modes.empty()) return;
   MeasuredRegion region;
   region.name = given.name();
-  region.disk = {from.x(), from.y(), from.radius(), from.outside()};
+  region.disk = PixelDisk{from.x(), from.y(), from.radius(), from.outside()};
   if (request.width() < 1 || request.height() < 1) return;  // told with the settings
   if (!region.disk->has_pixels(request.width(), request.height()))
     problems.add(where + ".disk",

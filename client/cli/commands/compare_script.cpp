@@ -11,8 +11,10 @@
 #include <system_error>
 
 #include "client/cli/commands/picture_files.h"
+#include "client/cli/foveation_options.h"
 #include "client/enum_names.h"
 #include "renderer/base/gaze_density.h"
+#include "renderer/base/pixel_disk.h"
 #include "renderer/codec/tile_codec.h"
 
 namespace helio::cli {
@@ -150,15 +152,6 @@ void read_regions(const CompareScriptOptions& options, pb::CompareRequest& reque
     problems.add("--region", fmt::format("{} regions; allowed: at most {}", options.regions.size(), kMaxRegions));
 }
 
-// Of the pixel whose centre is the nearest, or, of what is outside, the farthest.
-bool has_pixels(const pb::CompareRegion::Disk& disk, int width, int height) {
-  const auto offset = [&](double at, int pixels) {
-    if (disk.outside()) return std::max(std::abs(at - 0.5), std::abs(pixels - 0.5 - at));
-    return std::abs(at - std::clamp(std::floor(at) + 0.5, 0.5, pixels - 0.5));
-  };
-  return (std::hypot(offset(disk.x(), width), offset(disk.y(), height)) < disk.radius()) != disk.outside();
-}
-
 void read_measures(const CompareScriptOptions& options, bool path, OptionReader& reader, pb::CompareRequest& request) {
   std::set<std::string> seen;
   for (const std::string& name : reader.choices(options.measures, short_names(*pb::CompareMeasure_descriptor()))) {
@@ -242,10 +235,7 @@ void read_compare_script(const CompareScriptOptions& options, const TextOption& 
   }
   read_reference(options, reader, request);
   read_regions(options, request, reader.problems());
-  if (const auto point = reader.pair(options.gaze, {-kMostGazePixels, kMostGazePixels})) {
-    request.mutable_gaze()->set_x(point->first);
-    request.mutable_gaze()->set_y(point->second);
-  }
+  if (const auto gaze = read_point(options.gaze, reader)) *request.mutable_gaze() = *gaze;
   read_measures(options, path, reader, request);
   request.set_exclusive(options.exclusive);
   request.set_send_pictures(true);
@@ -256,7 +246,8 @@ void check_regions(const pb::CompareRequest& request, int width, int height, Pro
   if (width <= 0 || height <= 0) return;
   for (const pb::CompareRegion& region : request.regions()) {
     if (region.has_disk()) {
-      if (!has_pixels(region.disk(), width, height))
+      const pb::CompareRegion::Disk& disk = region.disk();
+      if (!PixelDisk{disk.x(), disk.y(), disk.radius(), disk.outside()}.has_pixels(width, height))
         problems.add("--region", fmt::format("'{}' has no pixel of the picture; allowed: a part of {}x{}",
                                              region.name(), width, height));
       continue;

@@ -21,7 +21,6 @@
 #include "client/cli/tev_option.h"
 #include "client/server_address.h"
 #include "renderer/base/clock.h"
-#include "renderer/base/gaze_density.h"
 
 namespace helio::cli {
 
@@ -131,13 +130,9 @@ void add_gaze_options(CLI::App& app, MoveOptions& options) {
 // The gaze that is asked for; none: none is, or the picture's centre is meant.
 std::optional<pb::Gaze> read_gaze(const MoveOptions& options, OptionReader& reader, pb::RenderSettings& settings) {
   const bool foveated = read_foveation(options.foveation, reader, settings);
-  const auto point = reader.pair(options.gaze, {-kMostGazePixels, kMostGazePixels});
+  const auto gaze = read_point(options.gaze, reader);
   if (options.gaze.given() && !foveated)
     reader.problem(options.gaze, "is only valid with --foveation density and --foveation paper");
-  if (!point) return std::nullopt;
-  pb::Gaze gaze;
-  gaze.set_x(point->first);
-  gaze.set_y(point->second);
   return gaze;
 }
 

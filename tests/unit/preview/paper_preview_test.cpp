@@ -8,8 +8,8 @@
 #include <functional>
 #include <vector>
 
-#include "renderer/film/estimate/resolve.h"
 #include "renderer/preview/paper/upscaling.h"
+#include "preview_pictures.h"
 #include "tests/support/loop_views.h"
 #include "tests/support/small_rooms.h"
 
@@ -19,8 +19,6 @@ namespace {
 constexpr int kWidth = 240, kHeight = 160;
 constexpr PixelRect kAll{0, 0, kWidth, kHeight};
 constexpr Gaze kMiddle{0.5 * kWidth, 0.5 * kHeight};
-
-using Picture = std::vector<Rgb>;
 
 class Previews {
  public:
@@ -38,29 +36,13 @@ class Previews {
     target.published = published;
     target.gaze = gaze;
     PaperPreview preview(history_, target, cancel);
-    for (int sweep = 0; sweep < preview.sweeps(); ++sweep) {
-      for (std::size_t part = 0; part < preview.parts(); ++part) preview.run(sweep, part, stats);
-      preview.finish_sweep(sweep);
-    }
-    std::vector<float> planes[3];
-    preview.resolve(region, planes);
-    Picture picture;
-    for (std::size_t i = 0; i < planes[0].size(); ++i) picture.push_back({planes[0][i], planes[1][i], planes[2][i]});
-    return picture;
+    return make(preview, region, stats);
   }
 
  private:
   std::shared_ptr<const RenderScene> scene_;
   std::shared_ptr<PreviewHistory> history_;
 };
-
-Picture picture_of(const Film& film) {
-  Picture picture;
-  for (int y = 0; y < film.height(); ++y) {
-    for (int x = 0; x < film.width(); ++x) picture.push_back(resolve_mean(film, x, y));
-  }
-  return picture;
-}
 
 using Counts = std::function<bool(double distance)>;  // pixels from the middle
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "renderer/base/clock.h"
-#include "renderer/film/estimate/resolve.h"
+#include "preview_pictures.h"
 #include "tests/support/small_rooms.h"
 
 namespace helio::test {
@@ -17,8 +17,6 @@ namespace {
 
 constexpr int kWidth = 64, kHeight = 48;
 constexpr PixelRect kAll{0, 0, kWidth, kHeight};
-
-using Picture = std::vector<Rgb>;
 
 class Previews {
  public:
@@ -35,15 +33,8 @@ class Previews {
                bool in_time = true, const PathSettings& path = {}, const DisplayLayer* display = nullptr) {
     PreviewTarget target{scene_, camera, path, {}, region, now_s() + (in_time ? 1e3 : -1.0), film, display};
     Preview preview(history_, target, std::make_shared<CancelToken>());
-    for (int sweep = 0; sweep < preview.sweeps(); ++sweep) {
-      for (std::size_t part = 0; part < preview.parts(); ++part) preview.run(sweep, part, stats);
-      preview.finish_sweep(sweep);
-    }
+    Picture picture = make(preview, region, stats);
     sweeps = preview.sweeps();
-    std::vector<float> planes[3];
-    preview.resolve(region, planes);
-    Picture picture;
-    for (std::size_t i = 0; i < planes[0].size(); ++i) picture.push_back({planes[0][i], planes[1][i], planes[2][i]});
     return picture;
   }
 
@@ -51,14 +42,6 @@ class Previews {
   std::shared_ptr<const RenderScene> scene_;
   std::shared_ptr<PreviewHistory> history_;
 };
-
-Picture picture_of(const Film& film) {
-  Picture picture;
-  for (int y = 0; y < film.height(); ++y) {
-    for (int x = 0; x < film.width(); ++x) picture.push_back(resolve_mean(film, x, y));
-  }
-  return picture;
-}
 
 Rgb mean_of(const Picture& picture) {
   V3d sum(0, 0, 0);

@@ -230,7 +230,7 @@ TEST(ComparisonPictureErrors, OfDisksAreThoseOfTheWholePicture) {
     for (float& value : channel) value += float(0.1 * draws.normal() * draws.normal());
   PictureErrorOptions options;
   options.measures = 1u << unsigned(Measure::flip) | 1u << unsigned(Measure::hdr_flip_median) | 1u;
-  const MeasuredRegion::Disk disk{12, 8, 5, false}, around{12, 8, 5, true};
+  const PixelDisk disk{12, 8, 5, false}, around{12, 8, 5, true};
   options.regions = {{"disk", {}, disk}, {"around", {}, around}};
   const std::size_t inside = options.regions[0].pixels(24, 16).size(), outside = options.regions[1].pixels(24, 16).size();
   EXPECT_EQ(inside + outside, 24u * 16u);
