@@ -1,10 +1,10 @@
 #include "server/jobs/job_picture.h"
 
-#include <google/protobuf/util/json_util.h>
 #include <spdlog/fmt/fmt.h>
 
-#include <algorithm>
+#include <utility>
 
+#include "server/jobs/message_json.h"
 #include "server/stream/convert.h"
 
 namespace helio {
@@ -33,10 +33,9 @@ Result<std::vector<std::uint8_t>> JobPicture::encode(pb::PictureOrigin origin) {
   origin.set_ended_by(end.reason());
   TileHeader header{picture_.window, begin_.settings.width, begin_.settings.height};
   header.comments = fmt::format("{}", fmt::join(begin_.unsampled, "\n"));
-  google::protobuf::util::JsonPrintOptions names;
-  names.preserve_proto_field_names = true;
-  const auto written = google::protobuf::util::MessageToJsonString(origin, &header.origin, names);
-  if (!written.ok()) return Error{ErrorCode::internal, written.ToString(), kExrOrigin};
+  auto json = to_json(origin);
+  if (!json) return Error{ErrorCode::internal, json.error().message, kExrOrigin};
+  header.origin = std::move(*json);
   return encode_picture(picture_, header, format_.encoding);
 }
 

@@ -11,9 +11,11 @@
 #include <stdexcept>
 #include <string>
 
+#include "heliograph/v1/picture_origin.pb.h"
 #include "server/base/arena_message.h"
 #include "server/base/guarded.h"
 #include "server/base/parse_message.h"
+#include "server/jobs/message_json.h"
 #include "server/sessions/service_core.h"
 #include "server/stream/convert.h"
 #include "server/stream/stream_messages.h"
@@ -302,6 +304,32 @@ TEST(FailedAllocationsOfMessages, EndTheMessageAlone) {
   written(begin);
   written(FrameProgress());
   written(Notice{NoticeSeverity::warning, long_name});
+}
+
+// JSON grows while it is written: what it lacks then is thrown, and the text is whole or none.
+TEST(FailedAllocationsOfJson, EndTheTextAlone) {
+  pb::PictureOrigin origin;
+  origin.set_scene_id(std::string(5000, 's'));
+  origin.set_samples_per_pixel(4);
+  const std::string whole = *to_json(origin);
+  EXPECT_GT(whole.size(), 5000u);
+  std::uint64_t failing = 0;
+  int texts = 0;
+  for (bool threw = true; threw && failing < 10000;) {
+    const FailingAllocations allocations(++failing);
+    try {
+      const auto json = to_json(origin);
+      threw = allocations.thrown() > 0;
+      ASSERT_TRUE(json.ok());
+      ++texts;
+      EXPECT_EQ(*json, whole) << failing;
+    } catch (const std::bad_alloc&) {
+      threw = true;
+    }
+  }
+  EXPECT_GT(failing, 20u);
+  EXPECT_LT(failing, 10000u);
+  EXPECT_GE(texts, 1);
 }
 
 }  // namespace
