@@ -66,6 +66,15 @@ std::vector<pb::Job> JobBoard::rows(std::size_t most_over) const {
   return rows;
 }
 
+void JobBoard::forget_over(std::size_t most_over) {
+  std::vector<std::tuple<double, std::string>> over;  // the newest first
+  for (const auto& [id, job] : jobs_)
+    if (is_over(job.state())) over.emplace_back(-job.ended_s(), id);
+  if (over.size() <= most_over) return;
+  std::sort(over.begin(), over.end());
+  for (std::size_t i = most_over; i < over.size(); ++i) jobs_.erase(std::get<std::string>(over[i]));
+}
+
 std::size_t JobBoard::count(pb::JobState state) const {
   return std::size_t(
       std::count_if(jobs_.begin(), jobs_.end(), [&](const auto& entry) { return entry.second.state() == state; }));

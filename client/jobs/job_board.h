@@ -24,6 +24,8 @@ class JobBoard {
   // Those that run, the longest first; those that wait, in the order of their turns; those that are paused; of those
   // that are over the newest, at most `most_over`.
   std::vector<heliograph::v1::Job> rows(std::size_t most_over) const;
+  // Forgets those that are over, but for the newest: at most `most_over` stay.
+  void forget_over(std::size_t most_over);
   std::size_t count(heliograph::v1::JobState state) const;
 
  private:

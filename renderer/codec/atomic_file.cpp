@@ -81,10 +81,15 @@ Result<AtomicFile> AtomicFile::create_in(FileDescriptor folder, const std::strin
       !S_ISLNK(there.st_mode)) {
     return Error{ErrorCode::invalid_argument, "is no regular file, and is not replaced", path};
   }
-  std::string temporary = name + ".tmp-" + std::to_string(::getpid()) + "-" + std::to_string(++serial);
-  file.file_ =
-      FileDescriptor(::openat(file.folder(), temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
-  if (!file.file_) return failure(path, "cannot be created");
+  // A process of the same number, in another container or before this one, may have left files of such names.
+  constexpr int kMostTries = 1000;
+  std::string temporary;
+  for (int tries = 0; !file.file_; ++tries) {
+    temporary = name + ".tmp-" + std::to_string(::getpid()) + "-" + std::to_string(++serial);
+    file.file_ =
+        FileDescriptor(::openat(file.folder(), temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+    if (!file.file_ && (errno != EEXIST || tries == kMostTries)) return failure(path, "cannot be created");
+  }
   file.temporary_ = std::move(temporary);
   return file;
 }
@@ -147,7 +152,11 @@ Status flush_files(std::span<const std::string> paths) {
 }
 
 Result<std::vector<std::uint8_t>> read_whole_file(const std::string& path, std::uint64_t max_bytes) {
-  const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));  // a pipe is refused below
+  return read_whole_file(FileDescriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)), path, max_bytes);
+}
+
+Result<std::vector<std::uint8_t>> read_whole_file(const FileDescriptor& file, const std::string& path,
+                                                  std::uint64_t max_bytes) {
   struct stat info {};
   if (!file || ::fstat(file.get(), &info) != 0) return failure(path, "cannot be read");
   if (!S_ISREG(info.st_mode)) return Error{ErrorCode::invalid_argument, "is not a regular file", path};

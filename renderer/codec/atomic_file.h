@@ -57,5 +57,8 @@ Status flush_files(std::span<const std::string> paths);
 
 // not_found, or resource_exhausted when the file is larger than max_bytes.
 Result<std::vector<std::uint8_t>> read_whole_file(const std::string& path, std::uint64_t max_bytes);
+// Of a file that was just opened, with O_NONBLOCK, so that a pipe is refused; none: errno says why. path: for messages.
+Result<std::vector<std::uint8_t>> read_whole_file(const FileDescriptor& file, const std::string& path,
+                                                  std::uint64_t max_bytes);
 
 }  // namespace helio

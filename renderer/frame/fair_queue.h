@@ -1,6 +1,6 @@
 // Weighted-fair queue over clients (render loops) that share the workers: hierarchical start-time fair queueing (Goyal,
 // Guo, Vin 1996; Goyal, Vin, Cheng 1996) over the time that each has used. Groups with something to run share in
-// proportion to their weights, the clients of a group evenly.
+// proportion to their weights, the owners of a group's clients evenly, and the clients of an owner evenly.
 //
 // A plain data structure: its owner locks it.
 #pragma once
@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace helio {
@@ -20,11 +21,12 @@ class FairQueue {
   // weights: of the groups, > 0.
   explicit FairQueue(const std::vector<double>& weights);
 
-  Id add(std::size_t group);
+  // owner: whose client it is; clients of "" are one owner's, too.
+  Id add(std::size_t group, const std::string& owner = {});
   void remove(Id id);  // precondition: nothing of it is in flight
 
-  // Says if the client has something to run. One that was idle starts level with those that were not, and so does a
-  // group of which all were: idling saves up no credit.
+  // Says if the client has something to run. One that was idle starts level with those that were not, and so does an
+  // owner or a group of whom all were: idling saves up no credit.
   void set_ready(Id id, bool ready);
   bool any_ready() const;  // of those that may have a turn
 
@@ -41,14 +43,21 @@ class FairQueue {
   double used_seconds() const { return used_seconds_; }  // of all clients that there ever were
 
  private:
-  struct Group {
-    double weight = 1;
+  struct Share {
     int ready = 0, in_flight = 0;  // clients | pieces
-    double virtual_time = 0;       // seconds over weight
-    double client_time = 0;        // virtual time at which the group's last piece was handed out
+    double virtual_time = 0;       // seconds; of a group over its weight
+    double inner_time = 0;         // virtual time, one level below, at which its last piece was handed out
+  };
+  struct Owner : Share {
+    int clients = 0;
+  };
+  struct Group : Share {
+    double weight = 1;
+    std::map<std::string, Owner> owners;  // of its clients
   };
   struct Client {
     Group* group = nullptr;
+    std::map<std::string, Owner>::iterator owner;
     bool ready = false;
     int in_flight = 0;
     double virtual_time = 0;  // seconds
@@ -57,7 +66,7 @@ class FairQueue {
     double charged_ahead = 0;     // seconds charged for pieces in flight
   };
   static void charge(Client& client, double seconds);
-  bool may_run(Id id) const { return !holder_ || *holder_ == id; }
+  static void wake(Share& share, double least_time);  // one more of its clients is ready
 
   std::vector<Group> groups_;
   std::map<Id, Client> clients_;

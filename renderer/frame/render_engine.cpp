@@ -52,9 +52,9 @@ void RenderEngine::Impl::stop() {
   for (std::thread& worker : workers_) worker.join();
 }
 
-FairQueue::Id RenderEngine::Impl::add(PieceSource& source, RenderRank rank) {
+FairQueue::Id RenderEngine::Impl::add(PieceSource& source, RenderRank rank, const std::string& owner) {
   const std::lock_guard lock(mutex_);
-  const FairQueue::Id id = queue_.add(std::size_t(rank));
+  const FairQueue::Id id = queue_.add(std::size_t(rank), owner);
   try {
     clients_[id].source = &source;
   } catch (...) {

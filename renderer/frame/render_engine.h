@@ -1,6 +1,6 @@
 // The machine's workers: N threads that take turns over the render loops, in the order of a FairQueue: while
-// both have work, interactive ones together get eight times as much of the machine as jobs together. What a piece
-// throws ends the work of its source, never a worker.
+// both have work, interactive ones together get eight times as much of the machine as jobs together, and owners of either
+// kind have equal shares of it. What a piece throws ends the work of its source, never a worker.
 //
 // The threads are ours and step into one oneTBB arena for each piece, so whatever parallel algorithm a piece may call
 // stays within the engine's share of the machine, while an idle worker sleeps on a condition variable and holds no
@@ -40,7 +40,7 @@ struct RenderEngine::Impl {
   explicit Impl(int threads);
   ~Impl();
 
-  FairQueue::Id add(PieceSource& source, RenderRank rank);
+  FairQueue::Id add(PieceSource& source, RenderRank rank, const std::string& owner = {});
   void remove(FairQueue::Id id);  // waits for its pieces in flight; never call from one
   void wake(FairQueue::Id id);    // run_piece() has something to do
   // The same, once now_s() is at_s; the newest call for a source counts.

@@ -287,7 +287,7 @@ RenderLoop::Impl::Impl(RenderEngine::Impl& engine_, IntegrateFunction integrate_
   options.display.reset();
   if (options.checkpoints) checkpoints.emplace(std::move(*options.checkpoints), settings);
   options.checkpoints.reset();
-  id = engine.add(*this, rank);
+  id = engine.add(*this, rank, options.owner);
 }
 
 RenderLoop::Impl::~Impl() {

@@ -79,6 +79,25 @@ sigset_t awaited_signals() {
   return signals;
 }
 
+// The next one ends the process at once, also the first one of a container, to which default actions do not apply.
+void end_at_next(const sigset_t& signals) {
+  struct sigaction action {};
+  action.sa_handler = [](int number) {
+    ::signal(number, SIG_DFL);
+    sigset_t one;
+    sigemptyset(&one);
+    sigaddset(&one, number);
+    pthread_sigmask(SIG_UNBLOCK, &one, nullptr);
+    raise(number);
+    _exit(128 + number);
+  };
+  for (const int number : {SIGTERM, SIGINT, SIGHUP}) {
+    struct sigaction before {};
+    if (sigaction(number, &action, &before) == 0 && before.sa_handler == SIG_IGN) sigaction(number, &before, nullptr);
+  }
+  pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
+}
+
 std::string name_of(int signal) {
   return signal == SIGTERM ? "SIGTERM" : signal == SIGINT ? "SIGINT" : "SIGHUP";
 }
@@ -152,7 +171,7 @@ int run_daemon(const std::string& program, const std::vector<std::string>& argum
   while (sigwait(&signals, &signal) == 0 && signal == SIGHUP && !terminal.is_gone()) (*server)->reload();
   spdlog::info("draining signal={} grace_s={}", name_of(signal), config.drain_grace_s);
   const double began = now_s();
-  pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);  // the next one ends the process at once
+  end_at_next(signals);
   const bool idle = (*server)->drain(config.drain_grace_s);
   spdlog::info("drained seconds={:.3f} idle={}", now_s() - began, idle);
   if (!idle) {

@@ -4,6 +4,20 @@
 #include <vector>
 
 namespace helio {
+namespace {
+
+// Of whoever was admitted by tokens before these.
+bool may_go_on(const AccessTokens& tokens, const Caller& caller) {
+  const CallerPtr now = tokens.by_digest(caller.digest);
+  return now && now->name == caller.name && now->role >= caller.role;
+}
+
+grpc::Status token_changed() {
+  return {grpc::StatusCode::UNAUTHENTICATED,
+          "the daemon's token file was changed: the token of this call is gone, or may do less"};
+}
+
+}  // namespace
 
 AccessControl::AccessControl(AccessTokens tokens, std::string file)
     : file_(std::move(file)), tokens_(std::make_shared<const AccessTokens>(std::move(tokens))) {}
@@ -28,22 +42,22 @@ Status AccessControl::reload() {
     const std::lock_guard lock(mutex_);
     tokens_ = tokens;
     for (const Call::Entry& call : calls_) {
-      const CallerPtr now = tokens->by_digest(call.caller->digest);
-      const bool stays = now && now->name == call.caller->name && now->role >= call.caller->role;
-      if (!stays) ended.push_back(call.end);
+      if (!may_go_on(*tokens, *call.caller)) ended.push_back(call.end);
     }
   }
-  const grpc::Status status(grpc::StatusCode::UNAUTHENTICATED,
-                            "the daemon's token file was changed: the token of this call is gone, or may do less");
-  for (const auto& end : ended) end(status);
+  for (const auto& end : ended) end(token_changed());
   return ok_status();
 }
 
 std::unique_ptr<AccessControl::Call> AccessControl::begin(CallerPtr caller,
                                                           std::function<void(const grpc::Status&)> end) {
-  const std::lock_guard lock(mutex_);
-  calls_.push_back({std::move(caller), std::move(end)});
-  return std::unique_ptr<Call>(new Call(*this, std::prev(calls_.end())));
+  std::unique_lock lock(mutex_);
+  const bool stays = file_.empty() || may_go_on(*tokens_, *caller);  // since it was admitted
+  calls_.push_back({std::move(caller), end});
+  std::unique_ptr<Call> call(new Call(*this, std::prev(calls_.end())));
+  lock.unlock();
+  if (!stays) end(token_changed());
+  return call;
 }
 
 AccessControl::Call::~Call() {

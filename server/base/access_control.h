@@ -49,7 +49,8 @@ class AccessControl {
     AccessControl& control_;
     const std::list<Entry>::iterator entry_;
   };
-  // `end` ends the call; it may be called once this call is over, so it owns or holds by weak_ptr what it uses.
+  // `end` ends the call: also within begin(), where the token has gone since the call was admitted. It may be called once
+  // this call is over, so it owns or holds by weak_ptr what it uses.
   [[nodiscard]] std::unique_ptr<Call> begin(CallerPtr caller, std::function<void(const grpc::Status&)> end);
 
  private:

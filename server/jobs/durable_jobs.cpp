@@ -388,8 +388,15 @@ Result<JobRecord> DurableJobs::stop_job(const std::string& id, JobState to, cons
       }
       return changed;
     }
+    if (to == JobState::paused && record->target == JobState::canceled) {
+      return Error{ErrorCode::failed_precondition,
+                   fmt::format("job '{}' is {} and is being cancelled; it cannot be paused", id,
+                               to_string(record->state)),
+                   "job_id"};
+    }
     auto asked = table_->set_target(id, to, by);
-    if (!asked && asked.error().code == ErrorCode::failed_precondition) continue;  // its attempt has ended
+    // Its attempt has ended, or somebody has cancelled it.
+    if (!asked && asked.error().code == ErrorCode::failed_precondition) continue;
     if (asked) ask(id, to == JobState::paused ? JobAttempt::Request::pause : JobAttempt::Request::cancel, by);
     return asked;
   }
@@ -486,13 +493,15 @@ Result<DurableJobs::ResultTiles> DurableJobs::tiles(const pb::GetResultRequest& 
   };
   auto done = result(asked.job_id(), asked.view());
   if (done) {
-    const auto bytes = read_whole_file(done->file, 2 * planes);
+    const FileDescriptor file = open(*done);
+    const auto bytes = read_whole_file(file, done->file, 2 * planes);
     if (!bytes) return Error{ErrorCode::not_found, "'" + done->file + "' is gone, or cannot be read", "view"};
     Sha256 hash;
     hash.update(*bytes);
-    if (const std::string found = to_hex(hash.finish()); found != done->view.sha256()) {
+    if (to_hex(hash.finish()) != done->view.sha256()) {
       return Error{ErrorCode::internal,
-                   fmt::format("its file has the SHA-256 {}, that of the picture is {}", found, done->view.sha256()),
+                   fmt::format("'{}' is not the picture any more, which had the SHA-256 {}", done->file,
+                               done->view.sha256()),
                    "view"};
     }
     return whole(*bytes, std::move(done->view));
@@ -773,6 +782,8 @@ void DurableJobs::come_to_end(const std::string& id) {
   checkpoints_.remove(id);
   const std::lock_guard lock(mutex_);
   kept_progress_.erase(id);
+  tries_.erase(id);
+  not_before_.erase(id);
 }
 
 // Old jobs are looked for as soon as that is worth it.

@@ -10,6 +10,7 @@
 #include "renderer/base/clock.h"
 #include "renderer/base/unix_time.h"
 #include "renderer/codec/atomic_file.h"
+#include "renderer/frame/checkpoint/checkpoint_clock.h"
 #include "renderer/frame/checkpoint/checkpoint_picture.h"
 #include "renderer/frame/failure_reason.h"
 #include "server/base/build_info.h"
@@ -90,7 +91,10 @@ std::optional<KeptProgress> JobAttempt::kept() const {
 void JobAttempt::checkpoint_soon(double max_age_s) {
   std::unique_lock lock(signals_->mutex);
   const auto rendering = signals_->rendering.lock();
-  const bool old = !signals_->kept || unix_time_s() - signals_->kept->checkpoint_s > max_age_s;
+  // Whoever looks on, as often as he likes, takes no more of the job's time than the checkpoints that nobody asks for.
+  const double least_age_s = signals_->checkpoint_pause_s / CheckpointClock::kMostShare;
+  const bool old =
+      !signals_->kept || unix_time_s() - signals_->kept->checkpoint_s > std::max(max_age_s, least_age_s);
   lock.unlock();
   if (rendering && old) rendering->loop().checkpoint_soon();
 }
@@ -188,14 +192,17 @@ Status JobAttempt::begin_rendering() {
     checkpoints.emplace();
     checkpoints->interval_s = stores_.checkpoint_interval_s;
     checkpoints->prepare_later = true;
-    checkpoints->paused = [&pause = stores_.core.counters.checkpoints.pause](double s) { pause.observe(s); };
+    checkpoints->paused = [&pause = stores_.core.counters.checkpoints.pause, signals = signals_](double s) {
+      pause.observe(s);
+      signals->checkpoint_pause_s = s;
+    };
     checkpoints->keep = [signals = signals_](std::shared_ptr<const PictureCheckpoint> checkpoint) {
       const std::lock_guard lock(signals->mutex);
       signals->checkpoint = std::move(checkpoint);
       signals->changed.notify_all();
     };
   }
-  auto rendering = RenderContext::create(stores_.core.resources(account()), std::move(planned_->scene), plan.settings,
+  auto rendering = RenderContext::create(stores_.core.resources(record_.owner), std::move(planned_->scene), plan.settings,
                                          plan.budget, RenderRank::job, FramePublisher::Tiles::final_only,
                                          plan.format.channels, picture_, std::move(checkpoints));
   if (!rendering) return rendering.error();
@@ -261,6 +268,8 @@ std::optional<JobAttempt::Outcome> JobAttempt::render_view(std::uint32_t view) {
   auto found = find_checkpoint(view);
   if (!found) return failed(found.error());
   Resumed resumed = std::move(*found);
+  // The views that follow draw on this one, which has to be rendered for that, although its file is there.
+  if (!resumed.file.empty() && view + 1 < record_.views && reuses(planned_->plan.settings.mode)) resumed = {};
   if (resumed.header && resumed.header->build != build_) {
     if (auto stop = on_another_build(resumed.header->build)) return stop;
   }
@@ -409,7 +418,8 @@ std::optional<JobAttempt::Outcome> JobAttempt::write_view(std::uint32_t view, st
     if (const Status kept = keep_view(view, bytes, frame_end); !kept.ok()) note(kept.error().to_string());
   }
   Status written = file ? write_file(*file, bytes, digest) : Status(file.error());
-  if (written.ok()) {
+  const bool has_file = written.ok();
+  if (has_file) {
     JobResult result;
     result.view = view;
     result.frame_end = frame_end;
@@ -422,10 +432,12 @@ std::optional<JobAttempt::Outcome> JobAttempt::write_view(std::uint32_t view, st
     record_.views_done = view + 1;
     return std::nullopt;
   }
-  std::string reason =
-      fmt::format("view {} is rendered, and could not be written: {}", view, written.error().to_string());
+  std::string reason = fmt::format("view {} is rendered, and {} could not be written: {}", view,
+                                   has_file ? "its row" : "its file", written.error().to_string());
   const Status kept = guard ? ok_status() : keep_view(view, bytes, frame_end);
   if (!kept.ok()) reason += "; nor kept: " + kept.error().to_string();
+  // Its row alone is lacking: nobody but the database has anything to do.
+  if (has_file && written.error().code == ErrorCode::unavailable) return failed({ErrorCode::unavailable, reason, {}});
   return paused(std::move(reason));
 }
 

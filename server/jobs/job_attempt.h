@@ -67,7 +67,8 @@ class JobAttempt {
   std::optional<Progress> progress() const;  // nothing: none is rendered yet
   // What its newest checkpoint says; nothing: it has written none.
   std::optional<KeptProgress> kept() const;
-  // Asks for a checkpoint of the view in hand, unless its newest one is at most so old.
+  // Asks for a checkpoint of the view in hand, unless its newest one is at most so old, or so young that another would
+  // take more than 2 % of the time.
   void checkpoint_soon(double max_age_s);
   const std::string& job_id() const { return record_.id; }
 
@@ -127,6 +128,7 @@ class JobAttempt {
     std::shared_ptr<const PictureCheckpoint> checkpoint;  // to be written; null: none
     std::weak_ptr<RenderContext> rendering;               // whose progress is told
     std::optional<KeptProgress> kept;
+    std::atomic<double> checkpoint_pause_s = 0;           // how long samples stood still for the newest checkpoint
     ErrorCurve curve;                                     // of the view in hand
     std::uint32_t views_left = 0;                         // after it
   };

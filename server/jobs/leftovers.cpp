@@ -1,6 +1,7 @@
 #include "server/jobs/leftovers.h"
 
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -108,7 +109,10 @@ void clear_outputs(const OutputRoots& outputs, std::span<const JobRecord> unfini
     for_entries(folder, [&, &wanted = files](const fs::path& path, const std::string& name) {
       const auto temporary = parse_temporary(name);
       std::error_code ignored;
-      if (!temporary || !wanted.contains(temporary->file) || fs::exists("/proc/" + temporary->process, ignored)) return;
+      if (!temporary || !wanted.contains(temporary->file)) return;
+      // In a container each daemon has the same number, and this one has written nothing so far.
+      const bool own = temporary->process == std::to_string(getpid());
+      if (!own && fs::exists("/proc/" + temporary->process, ignored)) return;
       if (fs::remove(path, ignored))
         spdlog::info("'{}', which a daemon that was killed has left, is removed", path.string());
     });

@@ -137,7 +137,7 @@ Status SessionKeeper::make_again(const Found& found) {
     if (!suits.ok()) lost = suits.error().to_string();
   };
   const SessionOwner owner{record.owner, core_.access.quotas_of(record.owner).sessions};
-  auto session = core_.sessions.make_again(found.id, core_.resources(core_.memory_of(record.owner)), std::move(*scene),
+  auto session = core_.sessions.make_again(found.id, core_.resources(record.owner), std::move(*scene),
                                            record.settings, record.budget, record.grace_s, core_.render_limits(),
                                            owner, take_up);
   if (!session) return session.error();

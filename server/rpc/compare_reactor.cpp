@@ -126,7 +126,7 @@ Status CompareReactor::start(CompareCore& compare, const Caller& caller, grpc::C
   auto snapshot = (*scene)->shared_from_this();
   auto task = std::make_shared<Task>(
       Task{std::move(*counted), std::move(*scene),
-           Comparison(core.resources(core.memory_of(caller)), compare.references, snapshot, std::move(*request))});
+           Comparison(core.resources(caller), compare.references, snapshot, std::move(*request))});
   if (const Status there = task->comparison.take_loaded_references(); !there.ok()) return there;
   pb::CompareResponse accepted;
   *accepted.mutable_accepted() = task->comparison.accepted();

@@ -70,7 +70,7 @@ Status JobReactor::start(grpc::CallbackServerContext& context, const pb::RunJobR
   if (!id) return id.error();
   job_id_ = std::move(*id);
   const auto tiles = request.preview_tiles() ? FramePublisher::Tiles::all : FramePublisher::Tiles::final_only;
-  auto rendering = RenderContext::create(core_.resources(core_.memory_of(*caller_)), std::move(planned->scene),
+  auto rendering = RenderContext::create(core_.resources(*caller_), std::move(planned->scene),
                                          settings, plan.budget, RenderRank::job, tiles, plan.format.channels);
   if (!rendering) return rendering.error();
   auto queue = (*rendering)->reserve_queue(settings, plan.format);

@@ -161,7 +161,7 @@ Result<pb::CreateSessionResponse> create_session(ServiceCore& core, const Caller
   if (const Status fits = check_film_size(settings, core.render_limits(), "settings"); !fits.ok()) return fits.error();
   auto scene = core.scenes.acquire(request.scene_id(), "scene_id");
   if (!scene) return scene.error();
-  auto session = core.sessions.create(core.resources(core.memory_of(caller)), std::move(*scene), settings, budget,
+  auto session = core.sessions.create(core.resources(caller), std::move(*scene), settings, budget,
                                       grace_s, core.render_limits(), {caller.name, caller.quotas.sessions});
   if (!session) return session.error();
   spdlog::info("session created session={} scene={} size={}x{} peer={}{}", (*session)->id(),

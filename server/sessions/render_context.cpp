@@ -147,6 +147,7 @@ Result<std::shared_ptr<RenderContext>> RenderContext::create(const Resources& re
   options.previews = std::move(*previews);
   options.display = std::move(*display);
   options.checkpoints = std::move(checkpoints);
+  options.owner = resources.owner;
   rendering->device_ = std::make_shared<DeviceRendering>(
       [publisher = std::weak_ptr(rendering->publisher_)](const std::string& notice) {
         if (const auto told = publisher.lock()) told->tell(notice);

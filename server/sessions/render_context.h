@@ -4,6 +4,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
 
 #include "renderer/base/result.h"
 #include "renderer/frame/render_loop.h"
@@ -35,6 +36,7 @@ class RenderContext : public std::enable_shared_from_this<RenderContext>, privat
     std::shared_ptr<const OidnLibrary> oidn = nullptr;  // null: there is none, and no channels may ask for it
     RenderDevices* devices = nullptr;                   // null: there is the CPU alone
     StreamCounters* counters = nullptr;                 // null: nothing is counted
+    std::string owner = {};                             // as RenderLoopOptions
   };
 
   // Reserves and allocates the film, which for gigabytes takes seconds. `sink`: where frames go in place of a stream;

@@ -70,11 +70,11 @@ struct ServiceCore {
   }
 
   RenderLimits render_limits() const { return {config.max_film_side, config.max_film_pixels}; }
-  RenderContext::Resources resources() { return resources(memory); }
-  // With memory that counts on this account: that of memory_of().
-  RenderContext::Resources resources(MemoryAccount& account) {
-    return {engine, account, timers, reaper, oidn, &devices, &counters.streams};
-  }
+  RenderContext::Resources resources() { return resources_of(memory, {}); }
+  // Of whoever calls, or of whoever has a token of this name: memory that counts on his account, and his share of the
+  // machine.
+  RenderContext::Resources resources(const Caller& caller) { return resources_of(memory_of(caller), caller.name); }
+  RenderContext::Resources resources(const std::string& owner) { return resources_of(memory_of(owner), owner); }
   MemoryAccount& memory_of(const Caller& caller) { return accounts.of(caller.name, caller.quotas); }
   // Of whoever has a token of this name, who need not be calling now.
   MemoryAccount& memory_of(const std::string& owner) { return accounts.of(owner, access.quotas_of(owner)); }
@@ -136,6 +136,9 @@ struct ServiceCore {
   TaskThread placer;  // of requests that put a scene on a device, which may compile shaders for minutes
 
  private:
+  RenderContext::Resources resources_of(MemoryAccount& account, const std::string& owner) {
+    return {engine, account, timers, reaper, oidn, &devices, &counters.streams, owner};
+  }
   Error queue_full(std::size_t count, const char* what) const {
     if (draining) return check_accepting().error();
     return {ErrorCode::resource_exhausted,

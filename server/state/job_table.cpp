@@ -390,8 +390,9 @@ Result<JobRecord> JobTable::change(const std::string& id, const JobChange& chang
     if (!row) return row.error();
     JobRecord& job = row->job;
     if (const Status allowed = check_change(job, change); !allowed.ok()) return allowed.error();
-    // By people, who may do so without end; what the daemon does has its own bounds, and an end is always possible.
-    if (!change.by.empty() && !is_final(change.to)) {
+    // By people, who may do so without end; what the daemon does has its own bounds, and a pause that was accepted, or an
+    // end, is always possible.
+    if (!change.by.empty() && !is_final(change.to) && job.state != JobState::running) {
       const auto events =
           transaction.database.query_integer("SELECT count(*) FROM events WHERE job = ?", {row->number});
       if (!events) return events.error();
@@ -447,6 +448,10 @@ Result<JobRecord> JobTable::set_target(const std::string& id, JobState target, c
     if (!row) return row.error();
     JobRecord& job = row->job;
     if (job.state != JobState::running) return not_running(job, "has a target");
+    if (job.target == JobState::canceled && target == JobState::paused) {
+      return Error{ErrorCode::failed_precondition,
+                   fmt::format("job '{}' is being cancelled; it cannot be paused", job.id), "job_id"};
+    }
     job.target = target;
     job.target_by = target == JobState::succeeded ? std::string() : by;
     const Status updated = transaction.database.run("UPDATE jobs SET target = ?, target_by = ? WHERE number = ?",

@@ -52,6 +52,7 @@ class Board {
     const std::lock_guard lock(mutex_);
     if constexpr (std::is_same_v<T, pb::JobEvent>) {
       if (!board_.take(news)) unknown_.insert(news.job_id());
+      if (is_over(news.to())) board_.forget_over(kMostOver);
     } else {
       board_.take(news);
     }

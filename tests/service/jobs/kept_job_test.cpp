@@ -1,4 +1,6 @@
 // Jobs that the daemon keeps: from submission to file.
+#include <unistd.h>
+
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -628,6 +630,45 @@ TEST_F(JobTilesTest, OfARunningJobComeOnceItHasACheckpoint) {
   expect_status(tiles(other).status, StatusCode::FAILED_PRECONDITION, {"view 0 is not done", "mode reproject"});
 }
 
+// ---- views that draw on those before
+
+// A picture that waits for its place is written there without rendering it again, but for the views behind it.
+TEST_F(KeptJobsTest, ModesThatReusePicturesEndInTheirBitsAfterAPause) {
+  start_daemon();
+  const std::string scene = load_scene();
+  pb::SubmitJobRequest asked = request(scene, 32, 8);
+  asked.mutable_job()->mutable_settings()->set_mode(pb::MODE_REPROJECT);
+  for (const double x : {0.0, 0.05, 0.1}) {
+    pb::CameraView& camera = *asked.mutable_job()->add_views();
+    camera.mutable_position()->set_x(x);
+    camera.mutable_position()->set_y(1);
+    camera.mutable_position()->set_z(3.5);
+    camera.mutable_look_at()->mutable_target()->set_y(1);
+  }
+  const std::string undisturbed = submitted(asked);
+  ASSERT_EQ(wait_for(undisturbed, pb::JOB_STATE_SUCCEEDED).state(), pb::JOB_STATE_SUCCEEDED);
+  fs::create_directories(out(""));
+  for (const int taken : {0, 1, 2}) {
+    const std::string name = "walk-" + std::to_string(taken);
+    asked.mutable_output()->set_path(name + ".{view}.exr");
+    const std::string theirs = out(name + ".000" + std::to_string(taken) + ".exr");
+    write_file(theirs, "somebody else's");
+    const std::string id = submitted(asked);
+    const pb::Job waiting = wait_for(id, pb::JOB_STATE_PAUSED);
+    ASSERT_EQ(waiting.state(), pb::JOB_STATE_PAUSED) << waiting.reason();
+    EXPECT_NE(waiting.reason().find("is there already"), std::string::npos) << waiting.reason();
+    EXPECT_EQ(waiting.views_done(), std::uint32_t(taken));
+    fs::remove(theirs);
+    ASSERT_TRUE(resume(id).ok());
+    const pb::Job done = wait_for(id, pb::JOB_STATE_SUCCEEDED);
+    ASSERT_EQ(done.state(), pb::JOB_STATE_SUCCEEDED) << done.reason();
+    bool same = true;
+    for (std::uint32_t view = 0; view < 3; ++view) same &= same_picture(result(id, view), result(undisturbed, view));
+    EXPECT_TRUE(same || !done.same_bits()) << "view " << taken << " was taken: the bits are others, and nothing tells";
+    EXPECT_TRUE(taken != 0 || (same && done.same_bits())) << "the whole path began again";
+  }
+}
+
 // ---- what kills leave
 
 TEST_F(KeptJobsTest, TemporaryFilesGoAndPicturesOfUnknownJobsAreNamed) {
@@ -643,7 +684,8 @@ TEST_F(KeptJobsTest, TemporaryFilesGoAndPicturesOfUnknownJobsAreNamed) {
   const std::string strange = folder_ / "state/results/j-bbbbbbbbbbbbbbbbbbbbbbbb";
   for (const std::string& folder : {known, old, young, strange}) fs::create_directories(folder);
   constexpr const char* kGone = ".tmp-999999999-1";  // more than any process has
-  for (const std::string& file : {known + "/0.exr" + kGone, old + "/0.exr", young + "/0.exr", strange + "/mine.txt",
+  const std::string of_this_number = out("walk.exr.tmp-" + std::to_string(getpid()) + "-1");
+  for (const std::string& file : {of_this_number, known + "/0.exr" + kGone, old + "/0.exr", young + "/0.exr", strange + "/mine.txt",
                                   out(std::string("walk.exr") + kGone), out(std::string("other.exr") + kGone),
                                   out("walk.exr.tmp-1-1"), out("walk.exr.tmp-mine")}) {
     write_file(file, "x");
@@ -657,6 +699,7 @@ TEST_F(KeptJobsTest, TemporaryFilesGoAndPicturesOfUnknownJobsAreNamed) {
   EXPECT_TRUE(fs::exists(young + "/0.exr"));
   EXPECT_TRUE(fs::exists(strange + "/mine.txt")) << "no daemon made it";
   EXPECT_FALSE(fs::exists(out(std::string("walk.exr") + kGone)));
+  EXPECT_FALSE(fs::exists(of_this_number)) << "of a daemon with the same number, in a container before this one";
   EXPECT_TRUE(fs::exists(out(std::string("other.exr") + kGone))) << "no job was about to write it";
   EXPECT_TRUE(fs::exists(out("walk.exr.tmp-1-1"))) << "the process lives";
   EXPECT_TRUE(fs::exists(out("walk.exr.tmp-mine")));

@@ -109,6 +109,27 @@ TEST_F(StateTrouble, ALockedDatabaseIsToldAndTheDaemonStarts) {
   EXPECT_TRUE(submit(request(scene, 16, 4), &refused).ok());
 }
 
+// A picture whose row cannot be written waits for the database, not for a person.
+TEST_F(StateTrouble, ADatabaseThatIsLockedWhileAJobEndsDelaysItsEnd) {
+  spawn();
+  const std::string id = submitted(request(load_scene(), 64, 256));
+  wait_for_samples(id, 1);
+  auto other = SqliteDatabase::open(folder_ / "state/jobs.sqlite", SqliteDatabase::Access::write);
+  ASSERT_TRUE(other.ok()) << other.error().to_string();
+  ASSERT_TRUE((*other)->execute("BEGIN IMMEDIATE").ok());
+  ASSERT_EQ(job(id).state(), pb::JOB_STATE_RUNNING) << "it has ended already";
+  ASSERT_TRUE(eventually([&] { return !job(id).has_progress(); }));
+  std::this_thread::sleep_for(std::chrono::seconds(6));  // longer than a write waits for another
+  EXPECT_EQ(job(id).state(), pb::JOB_STATE_RUNNING) << "as the table has it";
+  ASSERT_TRUE((*other)->execute("ROLLBACK").ok());
+  other->reset();
+  const pb::Job done = wait_for(id, pb::JOB_STATE_SUCCEEDED);
+  EXPECT_EQ(done.state(), pb::JOB_STATE_SUCCEEDED) << done.reason();
+  EXPECT_TRUE(done.same_bits());
+  for (const pb::JobEvent& event : events(id)) EXPECT_NE(event.to(), pb::JOB_STATE_PAUSED) << event.reason();
+  EXPECT_FALSE(result(id).empty());
+}
+
 TEST_F(StateTrouble, ASecondDaemonIsRefused) {
   spawn();
   const std::string id = submitted(request(load_quad(), 16, kNoEnd));

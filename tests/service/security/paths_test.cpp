@@ -12,6 +12,7 @@
 
 #include "jobs/kept_jobs_fixture.h"
 #include "renderer/base/open_beneath.h"
+#include "renderer/codec/sha256.h"
 #include "renderer/scene/description/file_source.h"
 #include "server/jobs/output_roots.h"
 #include "server/scenes/scene_roots.h"
@@ -276,6 +277,26 @@ TEST_F(OutputPaths, AResultIsNotReadThroughALink) {
   std::string stolen;
   EXPECT_EQ(fetch(id, 0, &stolen).error_code(), StatusCode::NOT_FOUND);
   EXPECT_EQ(stolen, "");
+  const auto tiles = [&] {
+    pb::GetResultRequest asked_for;
+    asked_for.set_job_id(id);
+    asked_for.mutable_tiles();
+    grpc::ClientContext context;
+    auto call = stub().GetResult(&context, asked_for);
+    pb::GetResultResponse response;
+    while (call->Read(&response)) {
+    }
+    return call->Finish();
+  };
+  EXPECT_EQ(tiles().error_code(), StatusCode::NOT_FOUND) << "nor for tiles";
+  // Whoever may write there learns of another file not even its hash.
+  fs::remove(out("picture.exr"));
+  fs::create_hard_link(folder_ / "secret", out("picture.exr"));
+  Sha256 hash;
+  hash.update(std::string(100000, 's'));
+  const grpc::Status refused = tiles();
+  EXPECT_EQ(refused.error_code(), StatusCode::INTERNAL);
+  EXPECT_EQ(refused.error_message().find(to_hex(hash.finish())), std::string::npos) << refused.error_message();
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 // How much a token may have at a time.
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <map>
 #include <set>
 
 #include "security/token_fixture.h"
@@ -157,6 +159,46 @@ TEST_F(Quotas, AreThoseOfTheFileAsItIsNow) {
   write_file(in("tokens"), to_token_line({"alice", Role::render, {}, AccessTokens::digest_of(token("alice"))}));
   server_->reload();
   EXPECT_TRUE(create_as("alice", scene_, 16).ok());
+}
+
+// However many sessions each has: owners have equal shares of the machine.
+TEST_F(Quotas, OwnersShareTheMachine) {
+  add_token("root", Role::admin);
+  start_for({});
+  std::vector<std::unique_ptr<TokenStream>> streams;
+  std::set<std::string> of_alice;
+  const auto open = [&](const std::string& name) {
+    std::string id;
+    ASSERT_TRUE(create_as(name, scene_, 48, &id, kNoEnd).ok());
+    if (name == "alice") of_alice.insert(id);
+    streams.push_back(std::make_unique<TokenStream>(stub(), token(name), id));
+    ASSERT_TRUE(streams.back()->opened());
+    streams.back()->send(view(1));
+  };
+  for (int i = 0; i < 6; ++i) open("alice");
+  open("bob");
+  const auto paths = [&] {
+    std::map<std::string, double> paths;
+    pb::ListSessionsResponse list;
+    EXPECT_TRUE(call_as("root", &Stub::ListSessions, pb::ListSessionsRequest(), &list).ok());
+    for (const pb::SessionInfo& session : list.sessions())
+      paths[session.session_id()] = double(session.progress().paths());
+    return paths;
+  };
+  std::map<std::string, double> before;
+  ASSERT_TRUE(eventually([&] {
+    before = paths();
+    return std::all_of(before.begin(), before.end(), [](const auto& one) { return one.second > 1e5; });
+  }));
+  double alice = 0, bob = 0;
+  ASSERT_TRUE(eventually([&] {
+    alice = bob = 0;
+    for (const auto& [id, now] : paths()) (of_alice.contains(id) ? alice : bob) += now - before.at(id);
+    return alice + bob >= 4e6;
+  }));
+  std::printf("six sessions of one owner had %.1f %% of %.3g samples\n", 100 * alice / (alice + bob), alice + bob);
+  EXPECT_GT(alice / (alice + bob), 0.45);
+  EXPECT_LT(alice / (alice + bob), 0.55);
 }
 
 TEST(MemoryShares, CountInTheirOwnAccountAndInTheWhole) {

@@ -214,6 +214,32 @@ TEST_F(Roles, ClientTokensAreEachOwnersOwn) {
   EXPECT_NE(bob.job_id(), alice.job_id());
 }
 
+// Between a call's admission and its beginning the file may be read again.
+TEST(AccessControl, ACallWhoseTokenWentWhileItBeganEndsAtOnce) {
+  const TemporaryFolder folder;
+  const std::string file = folder / "tokens";
+  const auto line = [](const std::string& name, Role role) {
+    return to_token_line({name, role, {}, AccessTokens::digest_of(name + "-and-sixteen-characters")}) + "\n";
+  };
+  write_file(file, line("alice", Role::render) + line("bob", Role::render) + line("carol", Role::render));
+  AccessControl access(*AccessTokens::read(file), file);
+  std::map<std::string, CallerPtr> callers;
+  for (const char* name : {"alice", "bob", "carol"}) callers[name] = access.tokens()->by_name(name);
+  write_file(file, line("alice", Role::admin) + line("carol", Role::view));
+  ASSERT_TRUE(access.reload().ok());
+  const auto ended = [&](const std::string& name) {
+    int ends = 0;
+    const auto call = access.begin(callers.at(name), [&](const grpc::Status& status) {
+      EXPECT_EQ(status.error_code(), StatusCode::UNAUTHENTICATED);
+      ++ends;
+    });
+    return ends;
+  };
+  EXPECT_EQ(ended("alice"), 0) << "may do more";
+  EXPECT_EQ(ended("bob"), 1);
+  EXPECT_EQ(ended("carol"), 1) << "may do less";
+}
+
 TEST_F(Roles, AFileThatIsReadAgainEndsTheCallsOfATokenThatIsGone) {
   start_keeping_jobs();
   spdlog::set_level(spdlog::level::off);

@@ -42,12 +42,13 @@ std::string TokenTest::load_as(const std::string& name, double radiance) {
   return response.scene().scene_id();
 }
 
-grpc::Status TokenTest::create_as(const std::string& name, const std::string& scene_id, int side, std::string* id) {
+grpc::Status TokenTest::create_as(const std::string& name, const std::string& scene_id, int side, std::string* id,
+                                  std::uint32_t samples) {
   pb::CreateSessionRequest request;
   request.set_scene_id(scene_id);
   request.mutable_settings()->set_width(side);
   request.mutable_settings()->set_height(side);
-  request.mutable_budget()->set_samples(1);
+  request.mutable_budget()->set_samples(samples);
   pb::CreateSessionResponse response;
   const grpc::Status status = call_as(name, &pb::RenderService::Stub::CreateSession, request, &response);
   if (id) *id = response.session_id();
@@ -67,6 +68,12 @@ TokenStream::~TokenStream() {
   if (finished_) return;
   context_.TryCancel();
   status();
+}
+
+void TokenStream::send(const pb::View& view) {
+  pb::StreamRequest request;
+  *request.mutable_view() = view;
+  stream_->Write(request);
 }
 
 grpc::Status TokenStream::status() {

@@ -37,7 +37,8 @@ class TokenTest : public ServiceTest {
     return (*stub_.*method)(&context, request, response);
   }
   std::string load_as(const std::string& name, double radiance = 1);
-  grpc::Status create_as(const std::string& name, const std::string& scene_id, int side, std::string* id = nullptr);
+  grpc::Status create_as(const std::string& name, const std::string& scene_id, int side, std::string* id = nullptr,
+                         std::uint32_t samples = 1);
 
   TemporaryFolder folder_;
 
@@ -54,6 +55,7 @@ class TokenStream {
   bool opened() {  // waits for it
     return reader_.wait_for([](const auto& m) { return m.has_opened(); });
   }
+  void send(const pb::View& view);
   grpc::Status status();  // after its end
   void cancel() { context_.TryCancel(); }
 

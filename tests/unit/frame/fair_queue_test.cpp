@@ -67,6 +67,47 @@ TEST(FairQueue, EmptyHasNoTurn) {
   EXPECT_FALSE(queue.any_ready());
 }
 
+// However many clients each has; a client's turns are those of its owner, in each group.
+TEST(FairQueue, OwnersShareTheirGroupEvenly) {
+  FairQueue queue({8, 1});
+  std::vector<std::pair<FairQueue::Id, double>> costs;
+  const auto add = [&](std::size_t group, const char* owner, double cost) {
+    costs.emplace_back(queue.add(group, owner), cost);
+    queue.set_ready(costs.back().first, true);
+  };
+  for (int i = 0; i < 6; ++i) add(0, "alice", 0.001);
+  add(0, "bob", 0.004);
+  add(1, "alice", 0.002);
+  add(1, "carol", 0.003);
+  for (const int workers : {1, 4}) {
+    const std::vector<double> used = run_workers(queue, workers, 40, costs);
+    const double all = 40.0 * workers;
+    const double alice = used[0] + used[1] + used[2] + used[3] + used[4] + used[5];
+    EXPECT_NEAR(alice / all, 4.0 / 9, 0.01) << workers;
+    EXPECT_NEAR(used[6] / all, workers == 1 ? 4.0 / 9 : 1.0 / workers, 0.2) << workers;
+    EXPECT_NEAR(used[7] / all, 0.5 / 9, 0.01) << workers;
+    EXPECT_NEAR(used[8] / all, 0.5 / 9, 0.01) << workers;
+    for (int i = 1; i < 6; ++i) EXPECT_NEAR(used[std::size_t(i)], used[0], 0.02 * used[0]);
+  }
+}
+
+// Nor does an owner who was idle, or who opens and closes sessions, get more.
+TEST(FairQueue, OwnersSaveUpNoCredit) {
+  FairQueue queue({1});
+  const auto busy = queue.add(0, "alice"), idle = queue.add(0, "bob");
+  queue.set_ready(busy, true);
+  run(queue, 1000, {{busy, 0.001}});
+  queue.set_ready(idle, true);
+  std::vector<double> used = run(queue, 1000, {{busy, 0.001}, {idle, 0.001}});
+  EXPECT_NEAR(used[0], used[1], 0.01);
+  queue.set_ready(idle, false);
+  queue.remove(idle);
+  const auto again = queue.add(0, "bob");
+  queue.set_ready(again, true);
+  used = run(queue, 1000, {{busy, 0.001}, {again, 0.001}});
+  EXPECT_NEAR(used[0], used[1], 0.01);
+}
+
 TEST(FairQueue, WhoHoldsItHasEveryTurn) {
   FairQueue queue({8, 1});
   const auto first = queue.add(0), neighbour = queue.add(1), holder = queue.add(1);

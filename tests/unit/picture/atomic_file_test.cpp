@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <string_view>
 
@@ -34,6 +36,18 @@ TEST(AtomicFile, ReplacesAFileAndLeavesNothingBeside) {
   ASSERT_TRUE(write_file_atomically(file.string(), bytes_of("new")).ok());
   EXPECT_EQ(content(file), "new");
   EXPECT_EQ(entries(folder.path()), 1);
+}
+
+// As a process of the same number leaves them, that of the container before this one.
+TEST(AtomicFile, IsNotDisturbedByTemporaryFilesOfItsNames) {
+  const test::TemporaryFolder folder;
+  const std::string file = (folder.path() / "file").string();
+  constexpr int kLeft = 200;
+  for (int i = 1; i <= kLeft; ++i)
+    std::ofstream(file + ".tmp-" + std::to_string(getpid()) + "-" + std::to_string(i)) << "half";
+  ASSERT_TRUE(write_file_atomically(file, bytes_of("new")).ok());
+  EXPECT_EQ(content(file), "new");
+  EXPECT_EQ(entries(folder.path()), kLeft + 1);
 }
 
 // Renaming would end what others write to and read from.

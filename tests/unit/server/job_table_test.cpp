@@ -193,6 +193,36 @@ TEST_F(JobTableTest, ATargetIsKeptUntilTheNextChange) {
   EXPECT_EQ(table_->events("one", seq + 1, 10)->front().by, "ann");
 }
 
+TEST_F(JobTableTest, ACancelThatWasAcceptedIsNotLostToAPause) {
+  submit("one");
+  change("one", running);
+  ASSERT_TRUE(table_->set_target("one", canceled, "ann"));
+  expect_error(table_->set_target("one", paused, "ben").error(), ErrorCode::failed_precondition, {"being cancelled"});
+  EXPECT_EQ(table_->get("one")->target, canceled);
+  EXPECT_EQ(change("one", queued).state, canceled) << "its attempt was sent back meanwhile";
+}
+
+// Who pauses and resumes for ever is stopped at a place where nothing hangs.
+TEST_F(JobTableTest, AJobThatHasChangedTooOftenCanStillBePausedAndCancelled) {
+  submit("one");
+  change("one", running);
+  {
+    auto database = SqliteDatabase::open(folder_ / "jobs.sqlite", SqliteDatabase::Access::write);
+    ASSERT_TRUE(database) << database.error().to_string();
+    const Status added = (*database)->execute(
+        "WITH RECURSIVE n (i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 10000) INSERT INTO events (job, "
+        "from_state, to_state, reason, asked_by, attempt, time_s) SELECT (SELECT number FROM jobs), 1, 2, '', '', 1, 0 "
+        "FROM n");
+    ASSERT_TRUE(added.ok()) << added.error().to_string();
+  }
+  ASSERT_TRUE(table_->set_target("one", paused, "ann"));
+  const auto stopped = table_->change("one", {.to = paused, .by = "ann"});
+  ASSERT_TRUE(stopped) << stopped.error().to_string();
+  expect_error(table_->change("one", {.to = queued, .by = "ann"}).error(), ErrorCode::failed_precondition,
+               {"10002 times", "allowed: 10000", "cancelled"});
+  EXPECT_TRUE(table_->change("one", {.to = canceled, .by = "ann"}));
+}
+
 TEST_F(JobTableTest, ATokenMakesASubmissionIdempotent) {
   JobRecord job = make_job("one");
   job.client_token = "token";

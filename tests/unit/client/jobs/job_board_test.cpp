@@ -56,6 +56,21 @@ TEST(JobBoard, RunningFirstThenTheQueueInTheOrderOfItsTurns) {
   EXPECT_EQ(board.count(pb::JOB_STATE_QUEUED), 3u);
 }
 
+TEST(JobBoard, ForgetsJobsThatAreOverButForTheNewest) {
+  JobBoard board;
+  for (int i = 0; i < 9; ++i) {
+    pb::Job one = job(std::string(1, char('a' + i)), i < 6 ? pb::JOB_STATE_SUCCEEDED : pb::JOB_STATE_QUEUED);
+    one.set_ended_s(i);
+    board.take(one);
+  }
+  board.forget_over(2);
+  EXPECT_EQ(order(board), "ghife");
+  board.forget_over(2);
+  EXPECT_EQ(board.count(pb::JOB_STATE_SUCCEEDED), 2u);
+  board.forget_over(0);
+  EXPECT_EQ(order(board), "ghi");
+}
+
 TEST(JobBoard, TheNewestWordCountsWhateverCameLast) {
   JobBoard board;
   EXPECT_FALSE(board.take(event("a", 1, pb::JOB_STATE_QUEUED)));  // has to be asked for
