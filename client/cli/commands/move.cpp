@@ -136,6 +136,15 @@ std::optional<pb::Gaze> read_gaze(const MoveOptions& options, OptionReader& read
   return gaze;
 }
 
+// Where no previews are made, what they are like cannot be chosen.
+void check_previews(const MoveOptions& options, OptionReader& reader, const pb::RenderSettings& settings) {
+  if (settings.preview_rate() > 0) return;
+  for (const TextOption* option : {&options.preview_budget, &options.preview_jpeg})
+    if (option->given()) reader.problem(*option, "is only valid with --preview-rate above 0, or with --play");
+  if (settings.foveation() == pb::FOVEATION_PAPER)
+    reader.problem(options.foveation.kind, "paper is only valid with --preview-rate above 0, or with --play");
+}
+
 bool asks_for_mode(const SettingsOptions& options) {
   const auto mode = options.fields.find("mode");
   return mode != options.fields.end() && mode->second.given();
@@ -316,6 +325,7 @@ int run(const CLI::App& app, const MoveOptions& options) {
   *request.mutable_budget() = read_budget(options.budget, reader);
   const auto play_rate = read_play(options, reader, *request.mutable_settings());
   auto gaze = read_gaze(options, reader, *request.mutable_settings());
+  check_previews(options, reader, request.settings());
   pb::TileFormat format = read_transport(options.transport, context.connection.address, reader);
   FileNames patterns = read_files(options.files, scene_stem(choice) + ".####.exr", request.settings().mode(), reader);
   add_layers(patterns, format);

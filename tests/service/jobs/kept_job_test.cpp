@@ -634,7 +634,7 @@ TEST_F(JobTilesTest, OfARunningJobComeOnceItHasACheckpoint) {
 
 // A picture that waits for its place is written there without rendering it again, but for the views behind it.
 TEST_F(KeptJobsTest, ModesThatReusePicturesEndInTheirBitsAfterAPause) {
-  start_daemon();
+  start_daemon([](ServerConfig& config) { config.max_jobs = 1; });
   const std::string scene = load_scene();
   pb::SubmitJobRequest asked = request(scene, 32, 8);
   asked.mutable_job()->mutable_settings()->set_mode(pb::MODE_REPROJECT);
@@ -652,8 +652,10 @@ TEST_F(KeptJobsTest, ModesThatReusePicturesEndInTheirBitsAfterAPause) {
     const std::string name = "walk-" + std::to_string(taken);
     asked.mutable_output()->set_path(name + ".{view}.exr");
     const std::string theirs = out(name + ".000" + std::to_string(taken) + ".exr");
-    write_file(theirs, "somebody else's");
+    const std::string before = submitted(request(scene, 16, kNoEnd));
     const std::string id = submitted(asked);
+    write_file(theirs, "somebody else's");  // it came after the submission
+    ASSERT_TRUE(cancel(before).ok());
     const pb::Job waiting = wait_for(id, pb::JOB_STATE_PAUSED);
     ASSERT_EQ(waiting.state(), pb::JOB_STATE_PAUSED) << waiting.reason();
     EXPECT_NE(waiting.reason().find("is there already"), std::string::npos) << waiting.reason();

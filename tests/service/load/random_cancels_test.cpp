@@ -334,8 +334,8 @@ TEST_F(RandomCancels, LeaveNothingBehind) {
   std::vector<std::thread> threads;
   std::vector<std::unique_ptr<pb::RenderService::Stub>> stubs;
   const int calls = how_many();
+  for (int i = 0; i < kThreads; ++i) stubs.push_back(new_stub());
   for (int i = 0; i < kThreads; ++i) {
-    stubs.push_back(new_stub());
     threads.emplace_back([&, i, share = (calls + kThreads - 1) / kThreads] {
       GivesUp gives_up(*stubs[std::size_t(i)], scene, std::uint32_t(1 + i), outcomes);
       for (int call = 0; call < share; ++call) gives_up.one();

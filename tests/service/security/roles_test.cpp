@@ -8,6 +8,7 @@
 #include <set>
 
 #include "security/token_fixture.h"
+#include "server/base/access_control.h"
 #include "server/rpc/call_rights.h"
 
 namespace helio::test {
@@ -233,6 +234,7 @@ TEST(AccessControl, ACallWhoseTokenWentWhileItBeganEndsAtOnce) {
       EXPECT_EQ(status.error_code(), StatusCode::UNAUTHENTICATED);
       ++ends;
     });
+    EXPECT_NE(call, nullptr);
     return ends;
   };
   EXPECT_EQ(ended("alice"), 0) << "may do more";

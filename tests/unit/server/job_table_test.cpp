@@ -219,7 +219,7 @@ TEST_F(JobTableTest, AJobThatHasChangedTooOftenCanStillBePausedAndCancelled) {
   const auto stopped = table_->change("one", {.to = paused, .by = "ann"});
   ASSERT_TRUE(stopped) << stopped.error().to_string();
   expect_error(table_->change("one", {.to = queued, .by = "ann"}).error(), ErrorCode::failed_precondition,
-               {"10002 times", "allowed: 10000", "cancelled"});
+               {"10003 times", "allowed: 10000", "cancelled"});
   EXPECT_TRUE(table_->change("one", {.to = canceled, .by = "ann"}));
 }
 
