@@ -191,6 +191,11 @@ TEST_F(JobTableTest, ATargetIsKeptUntilTheNextChange) {
   EXPECT_EQ(table_->get("one")->target, succeeded);
   EXPECT_EQ(table_->get("one")->target_by, "");
   EXPECT_EQ(table_->events("one", seq + 1, 10)->front().by, "ann");
+  // Also where its attempt is sent back meanwhile.
+  change("one", queued);
+  change("one", running);
+  ASSERT_TRUE(table_->set_target("one", paused, "ann"));
+  EXPECT_EQ(change("one", queued).state, paused);
 }
 
 TEST_F(JobTableTest, ACancelThatWasAcceptedIsNotLostToAPause) {
@@ -369,6 +374,7 @@ TEST_F(JobTableTest, EventsGoOnFromASequenceNumber) {
   EXPECT_EQ((*some)[0].seq, 3u);
   EXPECT_EQ((*some)[1].seq, 5u);
   EXPECT_EQ((*some)[1].from, running);
+  EXPECT_EQ(table_->events("a", 3, 100)->front().seq, 3u) << "the number that is asked for is one of them";
   EXPECT_EQ(table_->events("", 2, 2)->back().seq, 3u);
   EXPECT_TRUE(table_->events("", 6, 100)->empty());
   EXPECT_TRUE(table_->events("", ~std::uint64_t(0), 100)->empty());
