@@ -74,6 +74,23 @@ TEST_P(FoveatedFrame, AGazeThatMovesTakesSamplesAlong) {
   EXPECT_EQ(again.end.reason, FrameEndReason::samples);
 }
 
+// A picture that draws on the one before gets its fresh samples where somebody looks, too.
+TEST_P(FoveatedFrame, HistoryFillsUpWhereSomebodyLooks) {
+  const CameraPose moved = camera_at({0.02, 0, 0.95}, {0.02, -0.2, -1}, 70);
+  double left[2], right[2];
+  for (const int there : {0, 1}) {
+    LoopViews views(engine_, scene_, foveated(GetParam()));
+    views.gaze = Gaze{48, 32};
+    views.render(kHome, 64);
+    views.gaze = there == 0 ? Gaze{12, 32} : Gaze{84, 32};
+    const ViewPicture& picture = views.render(moved, 64);
+    left[there] = samples_at(picture, 12, 32);
+    right[there] = samples_at(picture, 84, 32);
+  }
+  EXPECT_GT(left[0], 3 * left[1]);
+  EXPECT_GT(right[1], 3 * right[0]);
+}
+
 TEST_P(FoveatedFrame, WithoutAGazeThePictureIsThatWithoutFoveation) {
   LoopViews plain(engine_, scene_, foveated(GetParam(), Foveation::none)), views(engine_, scene_, foveated(GetParam()));
   const ViewPicture expected = plain.render(kHome, 64);

@@ -104,6 +104,28 @@ TEST(SparseSurfaces, UpscaledOnesAreThoseOfARayAPixel) {
   }
 }
 
+// Two faces of one mesh that look the same way, one behind the other.
+TEST(SparseSurfaces, AStepIsNoSlope) {
+  SceneDescription description = lambert_room();
+  TriangleMesh& mesh = description.objects[0].meshes[0];
+  mesh.normals.clear();
+  for (const float side : {-1.0f, 1.0f}) {
+    const auto first = std::uint32_t(mesh.positions.size());
+    const float z = side < 0 ? -0.3f : -0.34f;
+    for (const V2f corner : {V2f(0, -0.5f), V2f(0.6f * side, -0.5f), V2f(0.6f * side, 0.5f), V2f(0, 0.5f)}) {
+      mesh.positions.push_back({corner.x, corner.y, z});
+      if (!mesh.texcoords[0].empty()) mesh.texcoords[0].push_back({0, 0});
+    }
+    for (const std::uint32_t corner : {0u, 1u, 2u, 0u, 2u, 3u}) mesh.indices.push_back(first + corner);
+  }
+  const auto scene = build(description);
+  Surfaces all(scene), sparse(scene);
+  const PreviewHistory& expected = all.look(kHome, false);
+  const Difference d = difference(sparse.look(kHome, true), expected);
+  EXPECT_LT(d.surface + d.depth, 0.0005);
+  EXPECT_LT(double(sparse.rays), 0.6 * double(kAll.area()));
+}
+
 TEST(SparseSurfaces, CamerasOfAllKindsAndRegionsDoLikewise) {
   const auto scene = build(lambert_room());
   CameraPose flat = kHome;
