@@ -107,7 +107,8 @@ std::optional<JobAttempt::Progress> JobAttempt::progress() const {
   lock.unlock();
   if (!rendering) return std::nullopt;
   Progress progress{rendering->loop().progress(), std::nullopt};
-  progress.left = time_left(progress.frame, planned_->plan.budget, curve);
+  progress.left = time_left(progress.frame, double(planned_->plan.settings.rendered_region().area()),
+                            planned_->plan.budget, curve);
   if (!progress.left) return progress;
   // The views that follow take as long as this one.
   const double before = progress.frame.seconds;

@@ -7,12 +7,15 @@ namespace helio {
 namespace {
 
 constexpr double kFewestSamples = 16;
-// The error of Monte Carlo falls as n^-1/2; Sobol points do better where the picture is smooth, up to n^-1 at edges. What
-// a curve tells of it counts against the first by these: an estimate of the error is off by so much (standard deviation,
-// of its logarithm), and exponents differ from the slowest by so much.
+// The error of Monte Carlo falls as n^-1/2; Sobol points do better where the picture is smooth, up to n^-1 at edges. Over
+// 40 pictures of the project's scenes, from 16 samples to their ends, exponents are 0.65 with this standard deviation.
+// What a curve tells counts against that by how far an estimate of the error is off (standard deviation, of its
+// logarithm), and what comes differs from what was by kChange.
 constexpr double kSlowest = 0.5, kFastest = 1.0;
-constexpr double kErrorSpread = 0.1, kExponentSpread = 0.05;
-constexpr double kRateSpread = 0.1;  // of the rate of samples
+constexpr double kUsual = 0.65, kUsualSpread = 0.1, kChange = 0.05;
+constexpr double kErrorSpread = 0.1;
+// Of the rate of samples, besides what the beginning takes.
+constexpr double kRateSpread = 0.1, kStartSeconds = 0.01;
 constexpr double kLongest = 1e9;         // seconds: what lies beyond 30 years is no end in sight
 constexpr double kFourOfFive = 1.2816;  // standard deviations that hold four fifths of a normal distribution
 
@@ -20,8 +23,12 @@ double error_of(const FilmError& error) {
   return std::hypot(error.rmse, error.hidden_rmse);
 }
 
-// By least squares in the logarithms, of points with enough samples; few points near each other say little.
-double exponent(const std::vector<ErrorCurve::Point>& points) {
+// Of the errors to come, and its standard deviation: by least squares in the logarithms, of points with enough samples,
+// after what is usual; few points near each other say little.
+struct Exponent {
+  double value, spread;
+};
+Exponent exponent(const std::vector<ErrorCurve::Point>& points) {
   const double newest = points.back().samples;
   double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
   for (const ErrorCurve::Point& point : points) {
@@ -29,10 +36,10 @@ double exponent(const std::vector<ErrorCurve::Point>& points) {
     const double x = std::log(point.samples), y = std::log(point.error);
     n += 1, sx += x, sy += y, sxx += x * x, sxy += x * y;
   }
-  if (n < 2) return kSlowest;
-  const double spread = sxx - sx * sx / n, slope = -(sxy - sx * sy / n);  // slope: times spread
-  constexpr double kPrior = (kErrorSpread / kExponentSpread) * (kErrorSpread / kExponentSpread);
-  return std::clamp((slope + kPrior * kSlowest) / (spread + kPrior), kSlowest, kFastest);
+  const double spread = n < 2 ? 0 : sxx - sx * sx / n, slope = n < 2 ? 0 : -(sxy - sx * sy / n);  // slope: times spread
+  constexpr double kPrior = (kErrorSpread / kUsualSpread) * (kErrorSpread / kUsualSpread);
+  const double value = (slope + kPrior * kUsual) / (spread + kPrior);
+  return {std::clamp(value, kSlowest, kFastest), std::hypot(kErrorSpread / std::sqrt(spread + kPrior), kChange)};
 }
 
 }  // namespace
@@ -46,7 +53,8 @@ void ErrorCurve::add(const FrameProgress& progress) {
   points_.push_back({samples, error});
 }
 
-std::optional<TimeLeft> time_left(const FrameProgress& progress, const Budget& budget, const ErrorCurve& curve) {
+std::optional<TimeLeft> time_left(const FrameProgress& progress, double pixels, const Budget& budget,
+                                  const ErrorCurve& curve) {
   std::optional<TimeLeft> left;
   const auto first = [&](const TimeLeft& other) {
     if (!left || other.seconds < left->seconds) left = other;
@@ -57,7 +65,9 @@ std::optional<TimeLeft> time_left(const FrameProgress& progress, const Budget& b
   }
   const double samples = progress.samples_per_pixel;
   if (samples < kFewestSamples || !(progress.seconds > 0)) return left;
-  const double per_sample = progress.seconds / samples;
+  // Of samples that are complete everywhere there may be half as many as there are by now.
+  const double per_sample =
+      progress.samples_per_second > 0 ? pixels / progress.samples_per_second : progress.seconds / samples;
   if (budget.samples) {
     const double seconds = std::max(0.0, *budget.samples - samples) * per_sample;
     const double off = kFourOfFive * kRateSpread;
@@ -65,10 +75,11 @@ std::optional<TimeLeft> time_left(const FrameProgress& progress, const Budget& b
   }
   if (budget.error && !curve.points().empty()) {
     const ErrorCurve::Point& at = curve.points().back();
-    const double p = exponent(curve.points());
+    const auto [p, p_spread] = exponent(curve.points());
     const double fall = std::max(0.0, std::log(at.error / *budget.error));
     const double wanted = std::log(at.samples) + fall / p;
-    const double spread = std::hypot(kErrorSpread / p, fall * kExponentSpread / (p * p), kRateSpread);
+    const double rate_spread = std::hypot(kRateSpread, kStartSeconds / progress.seconds);
+    const double spread = std::hypot(kErrorSpread / p, fall * p_spread / (p * p), rate_spread);
     const auto seconds = [&](double log_samples) {
       return std::max(0.0, std::exp(std::min(log_samples, 700.0)) - samples) * per_sample;
     };

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -21,36 +22,46 @@ FrameProgress progress(double seconds, std::uint32_t samples, double error = 0) 
 TEST(TimeLeft, IsUnknownBeforeSixteenSamples) {
   Budget budget;
   budget.samples = 100;
-  EXPECT_FALSE(time_left(progress(1, 15), budget, {}));
-  EXPECT_TRUE(time_left(progress(1, 16), budget, {}));
+  EXPECT_FALSE(time_left(progress(1, 15), 1, budget, {}));
+  EXPECT_TRUE(time_left(progress(1, 16), 1, budget, {}));
   budget = {};
   budget.error = 0.1;
-  EXPECT_FALSE(time_left(progress(1, 64), budget, {})) << "no error is known";
-  EXPECT_FALSE(time_left(progress(1, 64), Budget(), {})) << "no end is in sight";
+  EXPECT_FALSE(time_left(progress(1, 64), 1, budget, {})) << "no error is known";
+  EXPECT_FALSE(time_left(progress(1, 64), 1, Budget(), {})) << "no end is in sight";
   budget = {};
   budget.time_s = 10;
-  const auto left = time_left(progress(4, 1), budget, {});
+  const auto left = time_left(progress(4, 1), 1, budget, {});
   ASSERT_TRUE(left);
   EXPECT_DOUBLE_EQ(left->seconds, 6);
-  EXPECT_DOUBLE_EQ(time_left(progress(11, 1), budget, {})->seconds, 0);
+  EXPECT_DOUBLE_EQ(time_left(progress(11, 1), 1, budget, {})->seconds, 0);
 }
 
 TEST(TimeLeft, FollowsTheRateAndTheFirstEnd) {
   Budget budget;
   budget.samples = 300;
-  EXPECT_NEAR(time_left(progress(2, 100), budget, {})->seconds, 4, 1e-9);
+  EXPECT_NEAR(time_left(progress(2, 100), 1, budget, {})->seconds, 4, 1e-9);
   budget.time_s = 3;
-  EXPECT_NEAR(time_left(progress(2, 100), budget, {})->seconds, 1, 1e-9);
+  EXPECT_NEAR(time_left(progress(2, 100), 1, budget, {})->seconds, 1, 1e-9);
 }
 
-// Many points of a curve without noise are believed, few are not: the slowest power is the safe guess.
+// A round of samples that is half done counts for the rate.
+TEST(TimeLeft, TheRateIsThatOfAllSamples) {
+  Budget budget;
+  budget.samples = 320;
+  FrameProgress running = progress(2, 32);
+  EXPECT_NEAR(time_left(running, 100, budget, {})->seconds, 18, 1e-9);
+  running.samples_per_second = 100 * 30;  // 60 of each pixel so far
+  EXPECT_NEAR(time_left(running, 100, budget, {})->seconds, 288 / 30.0, 1e-9);
+}
+
+// Many points of a curve without noise are believed, few are not: the usual power is the guess.
 TEST(TimeLeft, ExtrapolatesTheErrorsOwnPower) {
   for (const double power : {0.5, 0.7, 0.9}) {
     ErrorCurve curve;
     for (std::uint32_t n = 64; n <= 4096; n += 64) curve.add(progress(n, n, std::pow(n, -power)));
     Budget budget;
     budget.error = std::pow(65536, -power);
-    const auto left = time_left(progress(4096, 4096), budget, curve);
+    const auto left = time_left(progress(4096, 4096), 1, budget, curve);
     ASSERT_TRUE(left);
     EXPECT_NEAR(left->seconds, 65536 - 4096, 0.25 * 65536) << power;
     EXPECT_LT(left->low_s, left->seconds);
@@ -61,7 +72,11 @@ TEST(TimeLeft, ExtrapolatesTheErrorsOwnPower) {
   few.add(progress(20, 20, 0.8));  // n^-1
   Budget budget;
   budget.error = 0.1;
-  EXPECT_GT(time_left(progress(20, 20), budget, few)->seconds, 500);
+  EXPECT_GT(time_left(progress(20, 20), 1, budget, few)->seconds, 400);
+  // Before anything is known of the curve the interval says so.
+  const auto early = time_left(progress(20, 20), 1, budget, few);
+  EXPECT_LT(early->low_s, 0.5 * early->seconds);
+  EXPECT_GT(early->high_s, 2 * early->seconds);
 }
 
 TEST(TimeLeft, NothingOfACurveIsTooMuch) {
@@ -72,7 +87,7 @@ TEST(TimeLeft, NothingOfACurveIsTooMuch) {
   EXPECT_LE(curve.points().size(), 64u);
   Budget budget;
   budget.error = 1e-300;
-  EXPECT_FALSE(time_left(progress(1000, 1000), budget, curve)) << "longer than can be said";
+  EXPECT_FALSE(time_left(progress(1000, 1000), 1, budget, curve)) << "longer than can be said";
 }
 
 // Of curves whose noise is what the interval allows for, and whose power changes by as much, four fifths end inside it:
@@ -83,18 +98,18 @@ TEST(TimeLeft, ItsIntervalHoldsFourOfFive) {
   int inside = 0;
   const int runs = 1000;
   for (int run = 0; run < runs; ++run) {
-    const double power = 0.5 + std::abs(0.05 * normal(random)), pace = std::exp(0.1 * normal(random));
+    const double power = std::clamp(0.65 + 0.1 * normal(random), 0.5, 1.0), pace = std::exp(0.1 * normal(random));
     ErrorCurve curve;
     for (std::uint32_t n = 16; n <= 64; n *= 2)
       curve.add(progress(n, n, std::pow(n, -power) * std::exp(0.08 * normal(random))));
     Budget budget;
     budget.error = std::pow(512, -power);
     const double true_left = (512 - 64) * pace;
-    const auto left = time_left(progress(64, 64), budget, curve);
+    const auto left = time_left(progress(64, 64), 1, budget, curve);
     ASSERT_TRUE(left);
     inside += true_left >= left->low_s && true_left <= left->high_s ? 1 : 0;
   }
-  EXPECT_GE(inside, 700) << "of " << runs;
+  EXPECT_GE(inside, 780) << "of " << runs;
   EXPECT_LE(inside, 950) << "so wide that it says nothing, of " << runs;
 }
 
