@@ -158,7 +158,7 @@ const std::map<std::string, Rule> kRules = {
        "server/state", "server/stream", "server/sessions"},
       {kProtobuf + "descriptor.h", kProtobuf + "io/zero_copy_stream.h", kProtobuf + "io/zero_copy_stream_impl_lite.h",
        kProtobuf + "message.h", kProtobuf + "util/json_util.h", kProtobuf + "util/type_resolver.h",
-       kProtobuf + "util/type_resolver_util.h", "spdlog/", "fcntl.h"}}},
+       kProtobuf + "util/type_resolver_util.h", "spdlog/", "fcntl.h", "unistd.h"}}},
     {"server/rpc",
      {{"renderer/base", "renderer/codec", "renderer/frame", "renderer/scene/load", "renderer/trace/", "proto",
         "server/base", "server/metrics", "server/scenes", "server/stream", "server/sessions", "server/compare",
