@@ -112,7 +112,7 @@ TEST(SparseSurfaces, AStepIsNoSlope) {
   for (const float side : {-1.0f, 1.0f}) {
     const auto first = std::uint32_t(mesh.positions.size());
     const float z = side < 0 ? -0.3f : -0.34f;
-    for (const V2f corner : {V2f(0, -0.5f), V2f(0.6f * side, -0.5f), V2f(0.6f * side, 0.5f), V2f(0, 0.5f)}) {
+    for (const V2f& corner : {V2f(0, -0.5f), V2f(0.6f * side, -0.5f), V2f(0.6f * side, 0.5f), V2f(0, 0.5f)}) {
       mesh.positions.push_back({corner.x, corner.y, z});
       if (!mesh.texcoords[0].empty()) mesh.texcoords[0].push_back({0, 0});
     }
