@@ -91,10 +91,11 @@ std::optional<FairQueue::Id> FairQueue::take() {
   Client& client = best->second;
   Group& group = *client.group;
   Owner& owner = client.owner->second;
+  for (int* pieces : {&client.in_flight, &owner.in_flight, &group.in_flight}) ++*pieces;
+  if (holder_) return best->first;
   group_time_ = std::max(group_time_, group.virtual_time);
   group.inner_time = std::max(group.inner_time, owner.virtual_time);
   owner.inner_time = std::max(owner.inner_time, client.virtual_time);
-  for (int* pieces : {&client.in_flight, &owner.in_flight, &group.in_flight}) ++*pieces;
   client.charged_ahead += client.piece_seconds;
   charge(client, client.piece_seconds);
   return best->first;
@@ -105,7 +106,7 @@ void FairQueue::finish(Id id, double seconds) {
   const double ahead = client.charged_ahead / client.in_flight;
   client.charged_ahead -= ahead;
   for (int* pieces : {&client.in_flight, &client.owner->second.in_flight, &client.group->in_flight}) --*pieces;
-  charge(client, seconds - ahead);
+  if (holder_ != id) charge(client, seconds - ahead);
   client.used_seconds += seconds;
   used_seconds_ += seconds;
   client.piece_seconds += 0.1 * (seconds - client.piece_seconds);

@@ -30,7 +30,8 @@ class FairQueue {
   void set_ready(Id id, bool ready);
   bool any_ready() const;  // of those that may have a turn
 
-  // Nobody else has a turn from now on; nothing: everyone has, again. A client that is removed holds no longer.
+  // Nobody else has a turn from now on; nothing: everyone has, again. What the holder uses meanwhile counts against
+  // nobody: turns go on afterwards as if it had not been. A client that is removed holds no longer.
   void hold(std::optional<Id> id) { holder_ = id; }
   std::optional<Id> holder() const { return holder_; }
 

@@ -84,7 +84,7 @@ struct RenderLoopOptions {
   std::function<IntegrateFunction(std::shared_ptr<const RenderScene>)> make_tracer;
   // Makes checkpoints of pictures whose settings have some (can_checkpoint()). Absent: none.
   std::optional<CheckpointOptions> checkpoints;
-  std::string owner;  // whose it is: owners have equal shares of the machine; "": of nobody in particular, as one owner
+  std::string owner;  // owners have equal shares of what loops of this rank get; "" is one owner, too
   bool keep_light_vertices = true;  // from view to view (stages/trace_lights.h); false: for benches
   // As in RenderLoop::Update.
   std::shared_ptr<Film> film;

@@ -92,11 +92,11 @@ void JobAttempt::checkpoint_soon(double max_age_s) {
   std::unique_lock lock(signals_->mutex);
   const auto rendering = signals_->rendering.lock();
   // Whoever looks on, as often as he likes, takes no more of the job's time than the checkpoints that nobody asks for.
-  const double least_age_s = signals_->checkpoint_pause_s / CheckpointClock::kMostShare;
-  const bool old =
-      !signals_->kept || unix_time_s() - signals_->kept->checkpoint_s > std::max(max_age_s, least_age_s);
+  const double now = unix_time_s();
+  const bool old = !signals_->kept || now - signals_->kept->checkpoint_s > max_age_s;
+  const bool may = now - signals_->checkpoint_end_s > signals_->checkpoint_pause_s / CheckpointClock::kMostShare;
   lock.unlock();
-  if (rendering && old) rendering->loop().checkpoint_soon();
+  if (rendering && old && may) rendering->loop().checkpoint_soon();
 }
 
 std::optional<JobAttempt::Progress> JobAttempt::progress() const {
@@ -196,6 +196,7 @@ Status JobAttempt::begin_rendering() {
     checkpoints->paused = [&pause = stores_.core.counters.checkpoints.pause, signals = signals_](double s) {
       pause.observe(s);
       signals->checkpoint_pause_s = s;
+      signals->checkpoint_end_s = unix_time_s();
     };
     checkpoints->keep = [signals = signals_](std::shared_ptr<const PictureCheckpoint> checkpoint) {
       const std::lock_guard lock(signals->mutex);
@@ -269,12 +270,16 @@ std::optional<JobAttempt::Outcome> JobAttempt::render_view(std::uint32_t view) {
   auto found = find_checkpoint(view);
   if (!found) return failed(found.error());
   Resumed resumed = std::move(*found);
-  // The views that follow draw on this one, which has to be rendered for that, although its file is there.
-  if (!resumed.file.empty() && view + 1 < record_.views && reuses(planned_->plan.settings.mode)) resumed = {};
   if (resumed.header && resumed.header->build != build_) {
     if (auto stop = on_another_build(resumed.header->build)) return stop;
   }
   if (resumed.header && !resumed.header->same_bits) same_bits_ = false;
+  if (!resumed.file.empty() && view + 1 < record_.views && reuses(planned_->plan.settings.mode)) {
+    // The views that follow draw on this one: while all bits can still be those of an undisturbed job it is rendered for
+    // that, although its file is there; else they begin without its history.
+    if (same_bits_ && !planned_->plan.budget.time_s) resumed = {};
+    else same_bits_ = false;
+  }
   if (!resumed.file.empty()) return write_view(view, resumed.file, *resumed.header->frame_end);
 
   if (!rendering_) {

@@ -7,8 +7,8 @@ namespace helio {
 namespace {
 
 constexpr double kFewestSamples = 16;
-// The error of Monte Carlo falls as n^-1/2; Sobol points do better where the picture is smooth, up to n^-1 at edges. Over
-// 40 pictures of the project's scenes, from 16 samples to their ends, exponents are 0.65 with this standard deviation.
+// The error of Monte Carlo falls as n^-1/2; Sobol points do better where the picture is smooth, up to n^-1 at edges.
+// Over 40 pictures of the project's scenes, from 16 samples to their ends, exponents are 0.65 with this deviation.
 // What a curve tells counts against that by how far an estimate of the error is off (standard deviation, of its
 // logarithm), and what comes differs from what was by kChange.
 constexpr double kSlowest = 0.5, kFastest = 1.0;
@@ -65,9 +65,10 @@ std::optional<TimeLeft> time_left(const FrameProgress& progress, double pixels, 
   }
   const double samples = progress.samples_per_pixel;
   if (samples < kFewestSamples || !(progress.seconds > 0)) return left;
-  // Of samples that are complete everywhere there may be half as many as there are by now.
-  const double per_sample =
-      progress.samples_per_second > 0 ? pixels / progress.samples_per_second : progress.seconds / samples;
+  // Of samples that are complete everywhere there may be half as many as there are by now. The live rate is of this
+  // attempt alone, which has just begun if it is the slower one.
+  double per_sample = progress.seconds / samples;
+  if (progress.samples_per_second > 0) per_sample = std::min(per_sample, pixels / progress.samples_per_second);
   if (budget.samples) {
     const double seconds = std::max(0.0, *budget.samples - samples) * per_sample;
     const double off = kFourOfFive * kRateSpread;

@@ -33,8 +33,8 @@ struct TimeLeft {
 };
 
 // Until the first of the budget's ends is reached, at the rate of samples so far. Nothing: no end is in sight, or fewer
-// than 16 samples a pixel tell of none. A target error: the error falls as samples^-p, where p is fitted to the curve after what is usual.
-// pixels: that are rendered, > 0.
+// than 16 samples a pixel tell of none. A target error: the error falls as samples^-p; p is the usual exponent, corrected
+// by the curve. pixels: that are rendered, > 0.
 std::optional<TimeLeft> time_left(const FrameProgress& progress, double pixels, const Budget& budget,
                                   const ErrorCurve& curve);
 

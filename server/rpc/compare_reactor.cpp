@@ -90,6 +90,7 @@ CompareReactor::CompareReactor(CompareCore& compare, CallerPtr caller, grpc::Cal
     there->finish(status);
     compare.queue.withdraw(*there->cancel);
   });
+  if (call->cancel->cancelled()) return;
   const Status started = guarded([&] { return start(compare, *caller, context, request); });
   if (!started.ok()) call->finish(to_grpc_status(started));
 }

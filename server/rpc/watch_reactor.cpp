@@ -19,6 +19,7 @@ WatchReactor::WatchReactor(ServiceCore& core, CallerPtr caller, const grpc::Byte
       [this](Outbound message) { return to_stream_response(std::move(message), session_id_); }, core.timers,
       &core.counters.streams);
   under_way_ = core.access.begin(caller_, end_of(stream_));
+  if (stream_->finished()) return;
   const Status started = guarded([&] { return start(request, core); });
   if (!started.ok()) stream_->finish(to_grpc_status(started));
 }

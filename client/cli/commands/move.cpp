@@ -138,11 +138,12 @@ std::optional<pb::Gaze> read_gaze(const MoveOptions& options, OptionReader& read
 
 // Where no previews are made, what they are like cannot be chosen.
 void check_previews(const MoveOptions& options, OptionReader& reader, const pb::RenderSettings& settings) {
+  static constexpr const char* kOnly = "is only valid with --preview-rate above 0, or with --play";
   if (settings.preview_rate() > 0) return;
   for (const TextOption* option : {&options.preview_budget, &options.preview_jpeg})
-    if (option->given()) reader.problem(*option, "is only valid with --preview-rate above 0, or with --play");
-  if (settings.foveation() == pb::FOVEATION_PAPER)
-    reader.problem(options.foveation.kind, "paper is only valid with --preview-rate above 0, or with --play");
+    if (option->given()) reader.problem(*option, kOnly);
+  if (options.preview_upscaling) reader.problems().add("--preview-upscaling", kOnly);
+  if (settings.foveation() == pb::FOVEATION_PAPER) reader.problem(options.foveation.kind, std::string("paper ") + kOnly);
 }
 
 bool asks_for_mode(const SettingsOptions& options) {
@@ -323,9 +324,11 @@ int run(const CLI::App& app, const MoveOptions& options) {
   *request.mutable_settings() = read_moving_settings(options.settings, reader);
   context.connection.vulkan_devices = asks_for_device(request.settings());
   *request.mutable_budget() = read_budget(options.budget, reader);
+  const std::size_t problems_before = problems.size();
   const auto play_rate = read_play(options, reader, *request.mutable_settings());
+  const bool knows_previews = problems.size() == problems_before;
   auto gaze = read_gaze(options, reader, *request.mutable_settings());
-  check_previews(options, reader, request.settings());
+  if (knows_previews) check_previews(options, reader, request.settings());
   pb::TileFormat format = read_transport(options.transport, context.connection.address, reader);
   FileNames patterns = read_files(options.files, scene_stem(choice) + ".####.exr", request.settings().mode(), reader);
   add_layers(patterns, format);

@@ -666,7 +666,7 @@ TEST_F(KeptJobsTest, ModesThatReusePicturesEndInTheirBitsAfterAPause) {
     ASSERT_EQ(done.state(), pb::JOB_STATE_SUCCEEDED) << done.reason();
     bool same = true;
     for (std::uint32_t view = 0; view < 3; ++view) same &= same_picture(result(id, view), result(undisturbed, view));
-    EXPECT_TRUE(same || !done.same_bits()) << "view " << taken << " was taken: the bits are others, and nothing tells";
+    EXPECT_TRUE(same || !done.same_bits()) << taken << ": the bits are others, and nothing tells";
     EXPECT_TRUE(taken != 0 || (same && done.same_bits())) << "the whole path began again";
   }
 }

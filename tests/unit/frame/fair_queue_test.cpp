@@ -129,6 +129,25 @@ TEST(FairQueue, WhoHoldsItHasEveryTurn) {
   EXPECT_TRUE(queue.any_ready()) << "it holds no longer";
 }
 
+// What one had while nobody else had a turn is neither owed afterwards nor makes others wait who begin then.
+TEST(FairQueue, AfterAHoldTurnsGoOnAsBefore) {
+  FairQueue queue({8, 1});
+  const auto session = queue.add(0), job = queue.add(1, "bob"), holder = queue.add(1, "alice");
+  for (const auto id : {session, job, holder}) queue.set_ready(id, true);
+  queue.hold(holder);
+  for (int i = 0; i < 600; ++i) {
+    ASSERT_EQ(queue.take(), holder);
+    queue.finish(holder, 1);
+  }
+  EXPECT_EQ(queue.used_seconds(holder), 600);
+  queue.hold(std::nullopt);
+  const auto late = queue.add(1, "carol");
+  queue.set_ready(late, true);
+  const auto used = run(queue, 3000, {{session, 0.001}, {job, 0.001}, {holder, 0.001}, {late, 0.001}});
+  EXPECT_NEAR(used[0], 8.0 / 9 * 3, 0.05);
+  for (int i = 1; i < 4; ++i) EXPECT_NEAR(used[std::size_t(i)], 1.0 / 27 * 3, 0.02);
+}
+
 TEST(FairQueue, TimeIsSharedEvenlyWhateverThePiecesCost) {
   FairQueue queue({1});
   std::vector<std::pair<FairQueue::Id, double>> costs;

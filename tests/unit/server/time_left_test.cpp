@@ -52,6 +52,8 @@ TEST(TimeLeft, TheRateIsThatOfAllSamples) {
   EXPECT_NEAR(time_left(running, 100, budget, {})->seconds, 18, 1e-9);
   running.samples_per_second = 100 * 30;  // 60 of each pixel so far
   EXPECT_NEAR(time_left(running, 100, budget, {})->seconds, 288 / 30.0, 1e-9);
+  running.samples_per_second = 100;  // an attempt that has just taken the picture up
+  EXPECT_NEAR(time_left(running, 100, budget, {})->seconds, 18, 1e-9);
 }
 
 // Many points of a curve without noise are believed, few are not: the usual power is the guess.
