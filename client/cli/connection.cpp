@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdlib>
+#include <string_view>
 
 #include "client/server_address.h"
 #include "client/tls/credentials.h"
@@ -101,6 +102,27 @@ TlsOptions read_tls(const ConnectionOptions& options, OptionReader& reader) {
 
 namespace {
 
+// As a shell reads it.
+std::string word(const std::string& text) {
+  constexpr std::string_view kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./:@%+=,";
+  if (!text.empty() && text.find_first_not_of(kPlain) == std::string::npos) return text;
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
+std::string flags_of(const ConnectionOptions& options, const std::string& address) {
+  std::string flags = " --server " + word(address);
+  if (options.tls) flags += " --tls";
+  if (options.no_tls) flags += " --no-tls";
+  for (const TextOption* option :
+       {&options.token_file, &options.tls_ca, &options.tls_certificate, &options.tls_key, &options.tls_name}) {
+    if (option->given()) flags += " " + option->option->get_name() + " " + word(option->text);
+  }
+  return flags;
+}
+
 std::optional<std::string> read_address(const ConnectionOptions& options, OptionReader& reader) {
   std::optional<std::string> address = reader.text(options.server);
   const char* variable = options.needs_daemon ? std::getenv("HELIOGRAPH_SERVER") : nullptr;
@@ -123,6 +145,7 @@ Connection read_connection(const ConnectionOptions& options, OptionReader& reade
   const auto address = read_address(options, reader);
   if (address) {
     connection.address = *address;
+    connection.flags = flags_of(options, *address);
     if (options.threads.given()) reader.problem(options.threads, "does not go with --server: the daemon has its own");
     if (options.isa.given()) reader.problem(options.isa, "does not go with --server: the daemon has its own");
     const char* variable = std::getenv("HELIOGRAPH_TOKEN_FILE");

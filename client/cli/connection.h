@@ -27,6 +27,8 @@ void add_daemon_options(CLI::App& app, ConnectionOptions& options);
 
 struct Connection {
   std::string address;  // empty: in process
+  // " --server ADDRESS" and what else was given of how the daemon is reached, for a command that is to be pasted.
+  std::string flags;
   ConnectOptions connect;
   int threads = 0;           // in process: render threads, 0: one per core
   std::string isa;           // in process: instruction set of Embree; empty: automatic

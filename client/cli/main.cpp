@@ -27,7 +27,12 @@ int answer(const CLI::App& root, const CLI::ParseError& outcome) {
   }
   std::string text = outcome.what();
   text.erase(text.find_last_not_of(" \n") + 1);
-  std::fprintf(stderr, "heliograph: %s (see heliograph --help)\n", single_line(text).c_str());
+  std::string command = "heliograph";
+  for (const CLI::App* app = &root; !app->get_subcommands().empty();) {
+    app = app->get_subcommands().front();
+    command += " " + app->get_name();
+  }
+  std::fprintf(stderr, "heliograph: %s (see %s --help)\n", single_line(text).c_str(), command.c_str());
   return kUsage;
 }
 

@@ -292,7 +292,9 @@ RenderService::Admission RenderService::admit(const grpc::CallbackServerContext&
   if (!caller) {
     return {nullptr,
             {grpc::StatusCode::UNAUTHENTICATED,
-             "the call names no token of this daemon's token file (authorization: Bearer TOKEN)"}};
+             none ? "the call names no token, and this daemon serves those of its token file alone (heliograph "
+                    "--token-file FILE, or the header authorization: Bearer TOKEN)"
+                  : "the call's token is not in this daemon's token file"}};
   }
   const Status allowed = check_role(*caller, rpc);
   if (!allowed.ok()) return {nullptr, to_grpc_status(allowed)};

@@ -218,6 +218,10 @@ Status check_change(const JobRecord& job, const JobChange& change) {
                  "job_id"};
   }
   if (may_follow(job.state, change.to)) return ok_status();
+  if (job.state == change.to) {
+    return Error{ErrorCode::failed_precondition, fmt::format("job '{}' is {} already", job.id, to_string(job.state)),
+                 "job_id"};
+  }
   std::vector<JobState> allowed;
   for (const JobState state : kJobStates) {
     if (may_follow(job.state, state)) allowed.push_back(state);

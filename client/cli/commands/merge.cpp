@@ -39,6 +39,7 @@ int run(const CLI::App& app, const MergeCommandOptions& options) {
   if (options.parts.empty()) problems.add("PART.exr", "is missing: the parts to put together");
   const std::string output = reader.output_file(options.output).value_or("");
   if (!options.output.given()) reader.problem(options.output, "is missing: the file to write");
+  check_exr_name("--output", output, {}, problems);
   report_unknown(app, reader);
   OutputCheck outputs;
   for (const std::string& part : options.parts) outputs.add_input(part, "a part");

@@ -24,15 +24,18 @@ void OutputCheck::add_inputs(const SceneChoice& choice) {
   for (const LocalSceneFile& file : choice.local->files) add_input(file.path, "a file of the scene");
 }
 
-void OutputCheck::check(const FileNames& names, Problems& problems) {
-  check("--output", names.exr, problems);
-  std::string suffix = fs::path(names.exr).extension().string();
+void check_exr_name(const std::string& option, const std::string& path, const std::string& hint, Problems& problems) {
+  std::string suffix = fs::path(path).extension().string();
   for (char& c : suffix) c = char(std::tolower(static_cast<unsigned char>(c)));
   for (const char* other : {".png", ".jpg", ".jpeg", ".hdr", ".pfm", ".tif", ".tiff"}) {
     if (suffix == other)
-      problems.add("--output",
-                   "'" + names.exr + "' is written as OpenEXR; allowed: a name that ends in .exr (--png writes a PNG)");
+      problems.add(option, "'" + path + "' is written as OpenEXR; allowed: a name that ends in .exr" + hint);
   }
+}
+
+void OutputCheck::check(const FileNames& names, Problems& problems) {
+  check("--output", names.exr, problems);
+  check_exr_name("--output", names.exr, " (--png writes a PNG)", problems);
   if (!names.png.empty()) check("--png", names.png, problems);
   for (const HeatMap map : names.heat_maps) check("--heatmap", heat_map_file(names.heatmap, map), problems);
 }

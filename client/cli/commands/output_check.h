@@ -12,6 +12,9 @@
 
 namespace helio::cli {
 
+// A problem for a picture's file that is named as if it had another format; `hint` follows what is allowed.
+void check_exr_name(const std::string& option, const std::string& path, const std::string& hint, Problems& problems);
+
 class OutputCheck {
  public:
   // A file that is read; `what` it is, for messages: "the scene". One that does not exist does not count.

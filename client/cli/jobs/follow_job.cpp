@@ -13,14 +13,24 @@ namespace pb = heliograph::v1;
 namespace {
 
 // Blocks until the job is over.
-Status follow(JobClient& jobs, const std::string& id, double wait_s, Terminal& terminal, CallControl& control) {
+Status follow(JobClient& jobs, const std::string& id, CommandContext& context, CallControl& control) {
+  Terminal& terminal = context.terminal;
+  const double wait_s = context.connection.connect.retry ? context.connection.connect.timeout_s : 0;
   JobWatch watch(jobs, id, wait_s);
+  const auto say_how_to_resume = [&](pb::JobState state) {
+    if (state == pb::JOB_STATE_PAUSED)
+      terminal.say("  it waits until: heliograph job " + id + " --resume" + context.connection.flags);
+  };
   JobWatchCallbacks callbacks;
   callbacks.watching = [&](const pb::WatchJobResponse::Watching& now) {
     terminal.say("job " + id + ": " + describe_progress(now.job()) +
                  (now.job().reason().empty() ? "" : ": " + single_line(now.job().reason())));
+    say_how_to_resume(now.job().state());
   };
-  callbacks.event = [&](const pb::JobEvent& event) { terminal.say(describe(event)); };
+  callbacks.event = [&](const pb::JobEvent& event) {
+    terminal.say(describe(event));
+    say_how_to_resume(event.to());
+  };
   callbacks.progress = [&](const pb::Job& job) { terminal.progress(describe_progress(job)); };
   const Status over =
       watch.run(callbacks, control, [&](const Error& error) { terminal.warn(error.to_string() + "; waiting for it"); });
@@ -33,11 +43,11 @@ Status follow(JobClient& jobs, const std::string& id, double wait_s, Terminal& t
 std::variant<pb::Job, int> follow_to_end(JobClient& jobs, const std::string& id, CommandContext& context,
                                          const Interrupt& interrupt, CallControl& control, Json json) {
   Terminal& terminal = context.terminal;
-  const double wait_s = context.connection.connect.retry ? context.connection.connect.timeout_s : 0;
-  const Status over = follow(jobs, id, wait_s, terminal, control);
+  const Status over = follow(jobs, id, context, control);
   if (interrupt.raised()) {
     return terminal.fail(interrupt.exit_code(),
-                         fmt::format("interrupted; job {} goes on: heliograph job {} --watch follows it again", id, id),
+                         fmt::format("interrupted; job {} goes on: heliograph job {} --watch{} follows it again", id, id,
+                                     context.connection.flags),
                          json);
   }
   if (!over) return context.fail(over.error());

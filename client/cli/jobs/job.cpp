@@ -9,6 +9,7 @@
 
 #include "client/cli/command.h"
 #include "client/cli/command_context.h"
+#include "client/cli/commands/output_check.h"
 #include "client/cli/commands/picture_files.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/interrupt.h"
@@ -53,6 +54,7 @@ Asked read_asked(const JobOptions& options, OptionReader& reader) {
     reader.problems().add("ID", "is missing: the job's id, or its beginning");
   asked.priority = reader.signed_integer(options.priority, -100, 100);
   asked.fetch = reader.output_file(options.fetch).value_or("");
+  check_exr_name("--fetch", asked.fetch, {}, reader.problems());
   if (const auto view = reader.integer(options.view, 0, 9999)) asked.view = std::uint32_t(*view);
   if (options.view.given() && !options.fetch.given()) reader.problem(options.view, "is only valid with --fetch");
   const int changes = options.cancel + options.pause + options.resume;
@@ -81,7 +83,8 @@ std::string not_done(const pb::Job& job, std::uint32_t view) {
   if (!job.reason().empty()) text += " (" + single_line(job.reason()) + ")";
   if (job.views() > 1)
     text += fmt::format(", with {} of {} views done; asked for view {}", job.views_done(), job.views(), view);
-  return is_over(job.state()) ? text : text + "; --watch waits for its end";
+  if (is_over(job.state())) return text;
+  return text + (job.state() == pb::JOB_STATE_PAUSED ? "; --resume lets it go on" : "; --watch waits for its end");
 }
 
 Status fetch(JobClient& jobs, const pb::Job& job, const Asked& asked, Terminal& terminal, CallControl& control,

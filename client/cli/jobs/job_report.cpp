@@ -224,6 +224,9 @@ std::vector<std::string> describe(const pb::Job& job, double now_s) {
   lines.push_back(fmt::format("  priority {}, attempt {}, submitted {} ago{}{}", job.priority(), job.attempt(),
                               age_text(job, now_s), job.owner().empty() ? "" : " by " + single_line(job.owner()),
                               job.require_same_bits() ? ", requires the same bits" : ""));
+  if (!is_over(job.state()) && job.checkpoint_s() > 0) {
+    lines.push_back("  newest checkpoint " + human_seconds(std::max(0.0, now_s - job.checkpoint_s())) + " ago");
+  }
   if (!job.same_bits())
     lines.push_back("  not bit-equal to an uninterrupted run: rendered by different builds or instruction paths");
   if (job.has_output()) lines.push_back("  writes " + job.output().path() + " on the daemon's machine");

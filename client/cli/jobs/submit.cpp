@@ -173,7 +173,7 @@ int run(const CLI::App& app, const SubmitOptions& options) {
   for (const std::string& text : submitted->notices()) terminal.say("notice: " + single_line(text));
   terminal.say(fmt::format("job {}: {}{}", kept.job_id(), state_name(kept.state()),
                            submitted->already_there() ? " (submitted before)" : ""));
-  const std::string server = " --server " + context.connection.address;
+  const std::string& server = context.connection.flags;
   if (!options.watch) terminal.say("  to follow it:       heliograph job " + kept.job_id() + " --watch" + server);
   if (!kept.has_output())
     terminal.say("  to get its picture: heliograph job " + kept.job_id() + " --fetch FILE.exr" + server);

@@ -91,6 +91,18 @@ TEST_F(CliJobs, PauseResumePriorityAndCancel) {
   EXPECT_EQ(early.exit_code, 1);
   EXPECT_NE(early.err.find("--fetch: nothing to fetch: the job is "), std::string::npos) << early.err;
   EXPECT_FALSE(exists("x.exr"));
+  const ProcessResult other_format = heliograph(at(daemon, {"job", id, "--fetch", "x.png"}));
+  EXPECT_EQ(other_format.exit_code, 2);
+  EXPECT_NE(other_format.err.find("--fetch: 'x.png' is written as OpenEXR"), std::string::npos) << other_format.err;
+  const ProcessResult no_value = heliograph(at(daemon, {"job", id, "--fetch"}));
+  EXPECT_EQ(no_value.exit_code, 2);
+  EXPECT_NE(no_value.err.find("(see heliograph job --help)"), std::string::npos) << no_value.err;
+  heliograph_json(at(daemon, {"job", next, "--pause"}));
+  const ProcessResult twice = heliograph(at(daemon, {"job", next, "--pause"}));
+  EXPECT_EQ(twice.exit_code, 1);
+  EXPECT_NE(twice.err.find("is PAUSED already"), std::string::npos) << twice.err;
+  const ProcessResult waiting = heliograph(at(daemon, {"job", next, "--fetch", "x.exr"}));
+  EXPECT_NE(waiting.err.find("--resume lets it go on"), std::string::npos) << waiting.err;
 
   heliograph_json(at(daemon, {"job", next, "--cancel"}));
   const auto canceled = heliograph_json(at(daemon, {"job", next, "--watch"}), 1);
