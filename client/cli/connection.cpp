@@ -116,10 +116,14 @@ std::string flags_of(const ConnectionOptions& options, const std::string& addres
   std::string flags = " --server " + word(address);
   if (options.tls) flags += " --tls";
   if (options.no_tls) flags += " --no-tls";
-  for (const TextOption* option :
-       {&options.token_file, &options.tls_ca, &options.tls_certificate, &options.tls_key, &options.tls_name}) {
-    if (option->given()) flags += " " + option->option->get_name() + " " + word(option->text);
-  }
+  const auto add = [&](const char* name, const TextOption& option) {
+    if (option.given()) flags += std::string(" ") + name + " " + word(option.text);
+  };
+  add("--token-file", options.token_file);
+  add("--tls-ca", options.tls_ca);
+  add("--tls-certificate", options.tls_certificate);
+  add("--tls-key", options.tls_key);
+  add("--tls-name", options.tls_name);
   return flags;
 }
 

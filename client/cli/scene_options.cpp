@@ -19,7 +19,6 @@ constexpr int kShownUnread = 5;
 
 LoadFailure to_failure(Error error) {
   if (error.code == ErrorCode::unavailable) return {std::move(error), kUnreachable};
-  if (error.code == ErrorCode::permission_denied) return {std::move(error), kFailed};  // a right that the caller lacks
   return {std::move(error), kSceneRefused};
 }
 

@@ -94,7 +94,9 @@ TEST_F(CliJobs, PauseResumePriorityAndCancel) {
   const ProcessResult other_format = heliograph(at(daemon, {"job", id, "--fetch", "x.png"}));
   EXPECT_EQ(other_format.exit_code, 2);
   EXPECT_NE(other_format.err.find("--fetch: 'x.png' is written as OpenEXR"), std::string::npos) << other_format.err;
-  const ProcessResult no_value = heliograph(at(daemon, {"job", id, "--fetch"}));
+  auto words = at(daemon, {"job", id});
+  words.push_back("--fetch");
+  const ProcessResult no_value = heliograph(words);
   EXPECT_EQ(no_value.exit_code, 2);
   EXPECT_NE(no_value.err.find("(see heliograph job --help)"), std::string::npos) << no_value.err;
   heliograph_json(at(daemon, {"job", next, "--pause"}));
