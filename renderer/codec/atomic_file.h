@@ -57,7 +57,8 @@ Status flush_files(std::span<const std::string> paths);
 
 // not_found, or resource_exhausted when the file is larger than max_bytes.
 Result<std::vector<std::uint8_t>> read_whole_file(const std::string& path, std::uint64_t max_bytes);
-// Of a file that was just opened, with O_NONBLOCK, so that a pipe is refused; none: errno says why. path: for messages.
+// Reads a file that was just opened with O_NONBLOCK (a pipe is refused). Without a descriptor errno says why. path: for
+// messages.
 Result<std::vector<std::uint8_t>> read_whole_file(const FileDescriptor& file, const std::string& path,
                                                   std::uint64_t max_bytes);
 

@@ -6,7 +6,7 @@
 namespace helio {
 namespace {
 
-// Of whoever was admitted by tokens before these.
+// Whether a caller whom earlier tokens admitted may go on under these.
 bool may_go_on(const AccessTokens& tokens, const Caller& caller) {
   const CallerPtr now = tokens.by_digest(caller.digest);
   return now && now->name == caller.name && now->role >= caller.role;

@@ -9,12 +9,12 @@ namespace {
 constexpr double kFewestSamples = 16;
 // The error of Monte Carlo falls as n^-1/2; Sobol points do better where the picture is smooth, up to n^-1 at edges.
 // Over 40 pictures of the project's scenes, from 16 samples to their ends, exponents are 0.65 with this deviation.
-// What a curve tells counts against that by how far an estimate of the error is off (standard deviation, of its
-// logarithm), and what comes differs from what was by kChange.
+// The fit weighs a curve against that by kErrorSpread, the standard deviation of the logarithm of an error estimate; the
+// exponent to come differs from the one so far by kChange.
 constexpr double kSlowest = 0.5, kFastest = 1.0;
 constexpr double kUsual = 0.65, kUsualSpread = 0.1, kChange = 0.05;
 constexpr double kErrorSpread = 0.1;
-// Of the rate of samples, besides what the beginning takes.
+// Standard deviation of the logarithm of the rate of samples, and seconds that the beginning may take besides.
 constexpr double kRateSpread = 0.1, kStartSeconds = 0.01;
 constexpr double kLongest = 1e9;         // seconds: what lies beyond 30 years is no end in sight
 constexpr double kFourOfFive = 1.2816;  // standard deviations that hold four fifths of a normal distribution

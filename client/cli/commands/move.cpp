@@ -136,7 +136,7 @@ std::optional<pb::Gaze> read_gaze(const MoveOptions& options, OptionReader& read
   return gaze;
 }
 
-// Where no previews are made, what they are like cannot be chosen.
+// Refuses options of previews when no previews are made.
 void check_previews(const MoveOptions& options, OptionReader& reader, const pb::RenderSettings& settings) {
   static constexpr const char* kOnly = "is only valid with --preview-rate above 0, or with --play";
   if (settings.preview_rate() > 0) return;
