@@ -112,7 +112,7 @@ TEST_F(StateTrouble, ALockedDatabaseIsToldAndTheDaemonStarts) {
 // A picture whose row cannot be written waits for the database, not for a person.
 TEST_F(StateTrouble, ADatabaseThatIsLockedWhileAJobEndsDelaysItsEnd) {
   spawn();
-  const std::string id = submitted(request(load_scene(), 64, 256));
+  const std::string id = submitted(request(load_scene(), 64, 1024));
   wait_for_samples(id, 1);
   auto other = SqliteDatabase::open(folder_ / "state/jobs.sqlite", SqliteDatabase::Access::write);
   ASSERT_TRUE(other.ok()) << other.error().to_string();
