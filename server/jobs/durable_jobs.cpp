@@ -388,15 +388,11 @@ Result<JobRecord> DurableJobs::stop_job(const std::string& id, JobState to, cons
       }
       return changed;
     }
-    if (to == JobState::paused && record->target == JobState::canceled) {
-      return Error{ErrorCode::failed_precondition,
-                   fmt::format("job '{}' is {} and is being cancelled; it cannot be paused", id,
-                               to_string(record->state)),
-                   "job_id"};
-    }
     auto asked = table_->set_target(id, to, by);
-    // Its attempt has ended, or somebody has cancelled it.
-    if (!asked && asked.error().code == ErrorCode::failed_precondition) continue;
+    if (!asked && asked.error().code == ErrorCode::failed_precondition) {
+      const auto now = table_->get(id);
+      if (!now || now->state != record->state || now->attempt != record->attempt) continue;  // its attempt has ended
+    }
     if (asked) ask(id, to == JobState::paused ? JobAttempt::Request::pause : JobAttempt::Request::cancel, by);
     return asked;
   }

@@ -94,7 +94,7 @@ void JobAttempt::checkpoint_soon(double max_age_s) {
   // Whoever looks on, as often as he likes, takes no more of the job's time than the checkpoints that nobody asks for.
   const double now = unix_time_s();
   const bool old = !signals_->kept || now - signals_->kept->checkpoint_s > max_age_s;
-  const bool may = now - signals_->checkpoint_end_s > signals_->checkpoint_pause_s / CheckpointClock::kMostShare;
+  const bool may = now > signals_->next_asked_s;
   lock.unlock();
   if (rendering && old && may) rendering->loop().checkpoint_soon();
 }
@@ -195,8 +195,7 @@ Status JobAttempt::begin_rendering() {
     checkpoints->prepare_later = true;
     checkpoints->paused = [&pause = stores_.core.counters.checkpoints.pause, signals = signals_](double s) {
       pause.observe(s);
-      signals->checkpoint_pause_s = s;
-      signals->checkpoint_end_s = unix_time_s();
+      signals->next_asked_s = unix_time_s() + s / CheckpointClock::kMostShare;
     };
     checkpoints->keep = [signals = signals_](std::shared_ptr<const PictureCheckpoint> checkpoint) {
       const std::lock_guard lock(signals->mutex);

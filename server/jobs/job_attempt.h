@@ -128,8 +128,7 @@ class JobAttempt {
     std::shared_ptr<const PictureCheckpoint> checkpoint;  // to be written; null: none
     std::weak_ptr<RenderContext> rendering;               // whose progress is told
     std::optional<KeptProgress> kept;
-    std::atomic<double> checkpoint_pause_s = 0;           // how long samples stood still for the newest checkpoint
-    std::atomic<double> checkpoint_end_s = 0;             // until then; time since 1970
+    std::atomic<double> next_asked_s = 0;                 // a checkpoint that somebody asks for; seconds since 1970
     ErrorCurve curve;                                     // of the view in hand
     std::uint32_t views_left = 0;                         // after it
   };
