@@ -4,8 +4,8 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdlib>
-#include <string_view>
 
+#include "client/cli/shell_word.h"
 #include "client/server_address.h"
 #include "client/tls/credentials.h"
 #include "renderer/base/instruction_set.h"
@@ -102,22 +102,12 @@ TlsOptions read_tls(const ConnectionOptions& options, OptionReader& reader) {
 
 namespace {
 
-// As a shell reads it.
-std::string word(const std::string& text) {
-  constexpr std::string_view kPlain =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./:@%+=,";
-  if (!text.empty() && text.find_first_not_of(kPlain) == std::string::npos) return text;
-  std::string quoted = "'";
-  for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return quoted + "'";
-}
-
 std::string flags_of(const ConnectionOptions& options, const std::string& address) {
-  std::string flags = " --server " + word(address);
+  std::string flags = " --server " + shell_word(address);
   if (options.tls) flags += " --tls";
   if (options.no_tls) flags += " --no-tls";
   const auto add = [&](const char* name, const TextOption& option) {
-    if (option.given()) flags += std::string(" ") + name + " " + word(option.text);
+    if (option.given()) flags += std::string(" ") + name + " " + shell_word(option.text);
   };
   add("--token-file", options.token_file);
   add("--tls-ca", options.tls_ca);

@@ -28,6 +28,7 @@
 #include "client/cli/presets/preset_output.h"
 #include "client/cli/presets/preset_run.h"
 #include "client/cli/scene_options.h"
+#include "client/cli/shell_word.h"
 #include "client/comparison/comparison_folder.h"
 #include "client/comparison/comparison_record.h"
 #include "client/enum_names.h"
@@ -88,17 +89,7 @@ std::vector<std::string> own_words() {
 // The words as one line, quoted for a shell where they have to be.
 std::string command_line(const std::vector<std::string>& words) {
   std::string line;
-  for (std::string word : words) {
-    const bool plain = !word.empty() && word.find_first_not_of(
-                                            "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"
-                                            "0123456789_-+=./,:@%") == std::string::npos;
-    if (!plain) {
-      std::string quoted = "'";
-      for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-      word = quoted + "'";
-    }
-    line += (line.empty() ? "" : " ") + word;
-  }
+  for (const std::string& word : words) line += (line.empty() ? "" : " ") + shell_word(word);
   return as_utf8(line);
 }
 
